@@ -1,0 +1,56 @@
+"""Kernels: the compiled functions that carry all mathematics of a component.
+
+A kernel is written for numba's nopython mode and follows five rules, so that it gives the same bits in every executor:
+no allocation, no global state, no ``@``/``np.dot`` (BLAS), no reductions of NumPy (``np.sum``), no global random numbers.
+Loops over small arrays and scalars are the style. ``kernel(f).py_func`` is the plain function, for a debugger.
+"""
+
+import hashlib
+import inspect
+
+import numba
+import numpy as np
+
+
+def kernel(function):
+    """Compile ``function`` for the hot path (numba nopython, IEEE arithmetic, no contraction, releases the GIL).
+
+    Division by zero and domain errors give inf or NaN, as in NumPy; the executors refuse non-finite outputs at the
+    boundary. With ``NUMBA_DISABLE_JIT=1`` the function is returned as it is (the plain-Python mode).
+    Nothing is cached here: numba would not notice a change in a function that is called from another file. The
+    executors cache whole generated modules under a fingerprint of every kernel they reach (`fingerprint`).
+    """
+    return numba.njit(error_model="numpy", nogil=True)(function)
+
+
+def fingerprint(*functions) -> str:
+    """SHA-256 over the source of the kernels, of every kernel they call, and of the constants they read."""
+    digest = hashlib.sha256()
+    seen = set()
+
+    def visit(function):
+        plain = getattr(function, "py_func", function)
+        if plain in seen:
+            return
+        seen.add(plain)
+        digest.update(inspect.getsource(plain).encode())
+        for name in sorted(_global_names(plain.__code__)):
+            value = plain.__globals__.get(name)
+            if hasattr(value, "py_func") or (inspect.isfunction(value) and numba.config.DISABLE_JIT):
+                visit(value)
+            elif isinstance(value, (bool, int, float, str, tuple, np.generic)):
+                digest.update(f"{name}={value!r}".encode())
+            elif isinstance(value, np.ndarray):
+                digest.update(name.encode() + value.tobytes())
+
+    for function in functions:
+        visit(function)
+    return digest.hexdigest()
+
+
+def _global_names(code) -> set:
+    names = set(code.co_names)
+    for constant in code.co_consts:
+        if inspect.iscode(constant):
+            names |= _global_names(constant)
+    return names
