@@ -1,0 +1,198 @@
+"""Parameters and states: declared once as a class, used as a numba record, a ROS parameter, a scenario key, a page.
+
+    class AppcParameters(Parameters):
+        lambda_a: Vec3 = field(0.041, unit="rad/s", gt=0, source="Table 2", doc="gain on the attitude error")
+        law: Choice("explicit", "implicit") = field("implicit", doc="form of the law")
+
+An annotation is ``float``, ``int``, ``bool``, an array of float64 (``Vec3``, ``Array(3, 3)``) or a ``Choice``.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field, StrictBool, TypeAdapter, ValidationError
+
+from flight_graph.errors import FlightError, unknown
+
+
+@dataclass(frozen=True)
+class Array:
+    """The shape of an array-valued entry."""
+
+    shape: tuple
+
+    def __init__(self, *shape):
+        object.__setattr__(self, "shape", shape)
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One of several words; in the record it is the word's index (int64)."""
+
+    words: tuple
+
+    def __init__(self, *words):
+        object.__setattr__(self, "words", words)
+
+
+Vec3 = Array(3)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One declared entry of a record."""
+
+    name: str
+    kind: str  # float, int, bool or choice
+    shape: tuple
+    words: tuple
+    default: object
+    unit: str
+    source: str
+    doc: str
+    bounds: tuple  # of (gt|ge|lt|le, number)
+
+    @property
+    def range_text(self) -> str:
+        """What is allowed, in words."""
+        signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
+        if self.words:
+            return "one of " + ", ".join(self.words)
+        text = " and ".join(f"{signs[key]} {bound:g}" for key, bound in self.bounds)
+        size = f"{' x '.join(map(str, self.shape))} numbers" if self.shape else {
+            "float": "a finite number", "int": "a whole number", "bool": "true or false"}[self.kind]
+        return f"{size}{', ' + text if text else ''}{' [' + self.unit + ']' if self.unit not in ('', '1') else ''}"
+
+    @property
+    def format(self):
+        fmt = {"float": "<f8", "int": "<i8", "choice": "<i8", "bool": "?"}[self.kind]
+        return (fmt, self.shape) if self.shape else fmt
+
+    def validate(self, value, where: str):
+        """Return the value in the record's form. Raises FlightError with a sentence."""
+        if self.kind == "choice":
+            if value not in self.words:
+                raise FlightError(f"{where}: {value!r} is not allowed; allowed: {self.range_text}")
+            return self.words.index(value)
+        try:
+            if self.shape and np.ndim(value) == 0:
+                return np.full(self.shape, _adapter(self, ()).validate_python(value))
+            if self.shape:
+                value = np.asarray(value, float).reshape(self.shape).tolist() \
+                    if np.size(value) == int(np.prod(self.shape)) else value
+            return np.array(_adapter(self, self.shape).validate_python(value)) if self.shape \
+                else _adapter(self, ()).validate_python(value)
+        except (ValidationError, ValueError, TypeError) as error:
+            detail = error.errors()[0]["msg"].lower() if isinstance(error, ValidationError) else str(error)
+            raise FlightError(f"{where}: {value!r} is not allowed ({detail}); allowed: {self.range_text}") from None
+
+    def plain(self, record_value):
+        """The value as a scenario file writes it."""
+        if self.kind == "choice":
+            return self.words[int(record_value)]
+        return record_value.tolist() if self.shape else {"float": float, "int": int, "bool": bool}[self.kind](record_value)
+
+
+@cache
+def _adapter(entry: Entry, shape: tuple) -> TypeAdapter:
+    bounds = dict(entry.bounds)
+    scalar = {
+        "float": Annotated[float, Field(allow_inf_nan=False, **bounds)],
+        "int": Annotated[int, Field(**bounds)],
+        "bool": StrictBool,
+    }[entry.kind]
+    for length in reversed(shape):
+        scalar = Annotated[list[scalar], Field(min_length=length, max_length=length)]
+    return TypeAdapter(scalar)
+
+
+def field(default=0.0, *, unit="", source="", doc="", **bounds):
+    """Declare an entry: default (a scalar fills an array), SI unit, range (gt, ge, lt, le), source and meaning."""
+    return {"default": default, "unit": unit, "source": source, "doc": doc, "bounds": tuple(bounds.items())}
+
+
+class Record:
+    """Base of Parameters and State: collects the entries of a class body and lays out the record."""
+
+    RESERVED: tuple = ()
+    entries: dict = {}
+
+    def __init_subclass__(cls):
+        cls.entries = dict(cls.entries)
+        for name, annotation in cls.__dict__.get("__annotations__", {}).items():
+            if name in ("entries", "RESERVED"):
+                continue
+            given = cls.__dict__.get(name, field())
+            given = given if isinstance(given, dict) else field(given)
+            cls.entries[name] = _entry(name, annotation, given, cls)
+        for name in cls.entries:
+            if name in dict(cls.RESERVED):
+                raise TypeError(f"{cls.__name__}.{name}: this name is reserved")
+        cls.dtype = np.dtype(
+            [(entry.name, *_pair(entry.format)) for entry in cls.entries.values()] + list(cls.RESERVED), align=True)
+
+    @classmethod
+    def defaults(cls) -> dict:
+        """The declared defaults, as a scenario file writes them."""
+        return {name: entry.plain(np.asarray(entry.validate(entry.default, name)))
+                for name, entry in cls.entries.items()}
+
+    @classmethod
+    def validate(cls, values: dict, where: str) -> dict:
+        """Check ``values`` (a part of the entries) and return them in plain form. Raises FlightError."""
+        checked = {}
+        for name, value in values.items():
+            if name not in cls.entries:
+                raise unknown("parameter", name, cls.entries, where)
+            entry = cls.entries[name]
+            checked[name] = entry.plain(np.asarray(entry.validate(value, f"{where}.{name}")))
+        return checked
+
+    @classmethod
+    def record(cls, values: dict | None = None, where: str = "") -> np.ndarray:
+        """Return a (1,) record array of the defaults, updated by ``values``."""
+        record = np.zeros(1, cls.dtype)
+        for name, entry in cls.entries.items():
+            record[name] = entry.validate((values or {}).get(name, entry.default), f"{where}.{name}")
+        return record
+
+
+class Parameters(Record):
+    """Parameters of a component. ``period`` [s], the component's own firing period, is always there."""
+
+    RESERVED = (("period", "<f8"),)
+
+
+class State(Record):
+    """Memory of a component between firings. ``fault`` (0: none) is always there: a kernel that cannot go on sets it
+    to a code of the component's ``faults``, and the executor stops the run with that sentence."""
+
+    RESERVED = (("fault", "<i8"),)
+
+
+def _pair(fmt):
+    return fmt if isinstance(fmt, tuple) else (fmt,)
+
+
+def _entry(name, annotation, given, cls):
+    kinds = {float: "float", int: "int", bool: "bool"}
+    if isinstance(annotation, Array):
+        kind, shape, words = "float", annotation.shape, ()
+    elif isinstance(annotation, Choice):
+        kind, shape, words = "choice", (), annotation.words
+    elif annotation in kinds:
+        kind, shape, words = kinds[annotation], (), ()
+    else:
+        raise TypeError(f"{cls.__name__}.{name}: {annotation!r} is not float, int, bool, Array(...) or Choice(...)")
+    default = given["default"]
+    if isinstance(default, (list, np.ndarray)):
+        default = tuple(np.asarray(default, float).ravel().tolist())
+    if kind == "choice" and default == 0.0:
+        default = words[0]
+    if kind == "bool" and default == 0.0:
+        default = False
+    if kind == "int" and default == 0.0:
+        default = 0
+    return Entry(name, kind, shape, words, default, given["unit"], given["source"], given["doc"], given["bounds"])

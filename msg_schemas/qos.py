@@ -1,0 +1,48 @@
+"""Quality of service by role, in one table.
+
+Depths are such that lockstep cannot overflow a reader: the clock master never runs more than `WINDOW` ticks ahead of the
+slowest node (see the ros executor), and a stream keeps more than that.
+"""
+
+from dataclasses import dataclass
+from enum import Enum
+
+WINDOW = 500  # [ticks] how far the clock master may run ahead of any node in lockstep
+
+
+@dataclass(frozen=True)
+class Qos:
+    """The settings that differ between roles; all are KEEP_LAST, liveliness automatic, no deadline."""
+
+    depth: int
+    reliable: bool = True
+    transient_local: bool = False
+
+
+class Role(Enum):
+    """What a topic is for."""
+
+    SENSOR = "sensor"
+    COMMAND = "command"
+    ESTIMATE = "estimate"
+    TRUTH = "truth"
+    TELEMETRY = "telemetry"
+    DIAGNOSTICS = "diagnostics"
+    LATCHED = "latched"
+
+    @property
+    def qos(self) -> Qos:
+        return QOS[self]
+
+
+_STREAM = Qos(depth=4 * WINDOW)
+QOS = {
+    Role.SENSOR: _STREAM,
+    Role.COMMAND: _STREAM,
+    Role.ESTIMATE: _STREAM,
+    Role.TRUTH: _STREAM,
+    Role.TELEMETRY: _STREAM,
+    Role.DIAGNOSTICS: Qos(depth=100),
+    Role.LATCHED: Qos(depth=1, transient_local=True),
+}
+RECORDER = Qos(depth=20_000)  # reader history of the recorder, drained on a period

@@ -1,0 +1,307 @@
+"""Signals: records whose memory is the CDR body of a standard ROS 2 message.
+
+A `Signal` is made from a message definition and the constant parts that fix its layout (frame ids, names, array
+lengths). Its NumPy dtype carries the message's own field names (``imu.angular_velocity[0]``,
+``odometry.pose.pose.position[2]``, ``header.stamp.sec``); groups x, y, z (w) of one float type read as arrays.
+Publishing is sending the record's bytes behind the four-byte encapsulation header, receiving is copying them back.
+"""
+
+import struct
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from msg_schemas.definitions import TYPESTORE, Nodetype, definition
+from msg_schemas.qos import Role
+
+ENCAPSULATION = b"\x00\x01\x00\x00"  # CDR, little endian
+_PRIMITIVES = {
+    "bool": "?", "byte": "u1", "octet": "u1", "char": "u1", "uint8": "u1", "int8": "i1", "uint16": "<u2", "int16": "<i2",
+    "uint32": "<u4", "int32": "<i4", "uint64": "<u8", "int64": "<i8", "float32": "<f4", "float64": "<f8",
+}
+_GROUPS = (["x", "y", "z"], ["x", "y", "z", "w"])
+
+
+class SignalMismatch(ValueError):
+    """A received message does not fit the signal that its topic carries."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A named part of a float64 array: its length (None: a scalar), unit and meaning."""
+
+    length: int | None
+    unit: str
+    doc: str = ""
+
+    @property
+    def count(self) -> int:
+        return 1 if self.length is None else self.length
+
+
+class _Layout:
+    """Walks a message definition once, and lays out its CDR body: fields, constant bytes, padding."""
+
+    def __init__(self, type_name, fixed, groups):
+        self.fixed, self.groups = fixed, groups
+        self.body = bytearray()
+        self.padding = []
+        self.unused = set(fixed)
+        self.fields = self._struct(definition(type_name).fields, "", 0)
+        if self.unused:
+            raise ValueError(f"{type_name} has no variable part called {sorted(self.unused)}")
+
+    def _align(self, size):
+        while len(self.body) % size:
+            self.padding.append(len(self.body))
+            self.body.append(0)
+
+    def _constant(self, path, default):
+        self.unused.discard(path)
+        return self.fixed.get(path, default)
+
+    def _string(self, text):
+        self._align(4)
+        encoded = text.encode() + b"\0"
+        self.body += struct.pack("<I", len(encoded)) + encoded
+
+    def _number(self, fmt, shape=()):
+        itemsize = np.dtype(fmt).itemsize
+        count = int(np.prod(shape)) if shape else 1
+        if count:
+            self._align(itemsize)
+        start = len(self.body)
+        self.body += bytes(itemsize * count)
+        return ((fmt, shape) if shape else fmt), start
+
+    def _struct(self, fields, prefix, base):
+        names = []
+        for name, node in fields:
+            made = self._field(f"{prefix}{name}", node)
+            if made is None:
+                continue
+            for entry, fmt, start in self._grouped(f"{prefix}{name}", name, *made):
+                names.append((entry, fmt, start - base))
+        return names
+
+    def _grouped(self, path, name, fmt, start):
+        """Split a float64 array into its named quantities, where the signal names them."""
+        if path not in self.groups:
+            yield name, fmt, start
+            return
+        for entry, quantity in self.groups[path].items():
+            yield entry, ("<f8" if quantity.length is None else ("<f8", (quantity.length,))), start
+            start += 8 * quantity.count
+
+    def _field(self, path, node):
+        kind, argument = node
+        if kind == Nodetype.BASE:
+            if argument[0] == "string":
+                self._string(self._constant(path, ""))
+                return None
+            return self._number(_PRIMITIVES[argument[0]])
+        if kind == Nodetype.NAME:
+            return self._nested(argument, path)
+        (element_kind, element), length = argument
+        if kind == Nodetype.SEQUENCE:
+            length = self._constant(path, 0)
+            self._align(4)
+            self.body += struct.pack("<I", length if isinstance(length, int) else len(length))
+            if element_kind == Nodetype.BASE and element[0] == "string":
+                for text in length or []:
+                    self._string(text)
+                return None
+        if length == 0:
+            return None
+        if element_kind == Nodetype.BASE:
+            return self._number(_PRIMITIVES[element[0]], (length,))
+        if length != 1:
+            raise ValueError(f"{path}: a sequence of {length} structures has no fixed record; length 1 has")
+        return self._nested(element, path)
+
+    def _nested(self, type_name, path):
+        fields = definition(type_name).fields
+        names = [name for name, _ in fields]
+        kinds = {node for _, node in fields}
+        if names in _GROUPS and len(kinds) == 1 and next(iter(kinds))[0] == Nodetype.BASE:
+            return self._number(_PRIMITIVES[fields[0][1][1][0]], (len(names),))
+        base = len(self.body)
+        entries = self._struct(fields, f"{path}.", base)
+        if not entries:
+            return None
+        return _dtype(entries, len(self.body) - base), base
+
+
+def _dtype(entries, itemsize):
+    names, formats, offsets = zip(*entries)
+    return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": itemsize})
+
+
+@dataclass(frozen=True, eq=False)
+class Signal:
+    """One kind of message on the wire.
+
+    topic: default topic name, relative (``cubli/imu``). type_name: ROS type. role: key of the QoS table.
+    fixed: constant parts by path: a string, a list of strings, or the length of a sequence.
+    groups: named quantities of a float64 array, by path. may_be_nonfinite: field paths where inf or NaN has a meaning.
+    The first field is the header (or the first element's header): every signal is stamped.
+    """
+
+    topic: str
+    type_name: str
+    role: Role
+    fixed: dict = field(default_factory=dict)
+    groups: dict = field(default_factory=dict)
+    doc: str = ""
+    may_be_nonfinite: tuple = ()
+
+    def __post_init__(self):
+        layout = _Layout(self.type_name, dict(self.fixed), self.groups)
+        size = len(layout.body)
+        dtype = _dtype(layout.fields, (size + 7) // 8 * 8)
+        variable = np.zeros(size, bool)
+        for _, _, start, length in _leaves(dtype):
+            variable[start:start + length] = True
+        constant = ~variable
+        constant[layout.padding] = False
+        edges = np.flatnonzero(np.diff(np.concatenate(([0], constant.view("i1"), [0]))))
+        segments = tuple((4 + a, 4 + b, bytes(layout.body[a:b])) for a, b in zip(edges[::2], edges[1::2]))
+        for name, value in {
+            "dtype": dtype, "size": size, "template": ENCAPSULATION + bytes(layout.body), "_segments": segments,
+            "stamp_path": _stamp_path(self, dtype), "_payload_size": size + 4,
+        }.items():
+            object.__setattr__(self, name, value)
+
+    # -- records -------------------------------------------------------------------------------------------------
+    def new(self):
+        """Return (payload, record): a uint8 view of header and body, and a (1,) record array over the body.
+
+        The body starts on an 8-byte boundary, so that its float64 fields are aligned.
+        """
+        raw = np.zeros(self.dtype.itemsize // 8 + 1, "<f8").view("u1")[4:4 + 4 + self.dtype.itemsize]
+        raw[:len(self.template)] = np.frombuffer(self.template, "u1")
+        return raw[:self._payload_size], raw[4:].view(self.dtype)
+
+    def zeros(self, count: int) -> np.ndarray:
+        """Return a (count,) record array that already holds the constant bytes."""
+        records = np.zeros(count, self.dtype)
+        body = np.frombuffer(self.template[4:].ljust(self.dtype.itemsize, b"\0"), "u1")
+        records.view("u1").reshape(count, self.dtype.itemsize)[:] = body
+        return records
+
+    def payloads(self, records: np.ndarray) -> np.ndarray:
+        """Return the (count, 4 + size) uint8 wire form of a record array made by `zeros`."""
+        raw = np.empty((len(records), self._payload_size), "u1")
+        raw[:, :4] = np.frombuffer(ENCAPSULATION, "u1")
+        raw[:, 4:] = np.ascontiguousarray(records).view("u1").reshape(len(records), -1)[:, :self.size]
+        return raw
+
+    # -- receipt -------------------------------------------------------------------------------------------------
+    def receive(self, payload: bytes, target: np.ndarray) -> None:
+        """Copy a received payload into ``target`` (the payload view of `new`). Raises SignalMismatch."""
+        if len(payload) >= self._payload_size > len(payload) - 4 and payload[1] == 1:
+            for start, stop, constant in self._segments:
+                if payload[start:stop] != constant:
+                    break
+            else:
+                target[4:] = np.frombuffer(payload, "u1", self.size, 4)
+                return
+        self._receive_slowly(payload, target)
+
+    def _receive_slowly(self, payload, target):
+        try:
+            message = TYPESTORE.deserialize_cdr(payload, self.type_name)
+        except Exception as error:
+            raise SignalMismatch(
+                f"topic '{self.topic}': {len(payload)} bytes that are no {self.type_name} ({error})"
+            ) from error
+        self._check_constants(message)
+        raw, record = self.new()
+        _fill(record[0], message, self, "")
+        target[:] = raw
+
+    def _check_constants(self, message):
+        for path, expected in self.fixed.items():
+            value = message
+            for part in path.split("."):
+                value = (value[0] if isinstance(value, list) else value)
+                value = getattr(value, part)
+            found = len(value) if isinstance(expected, int) else list(value) if isinstance(expected, list) else value
+            if found != (list(expected) if isinstance(expected, (list, tuple)) else expected):
+                what = f"length {found}" if isinstance(expected, int) else repr(found)
+                raise SignalMismatch(
+                    f"topic '{self.topic}' ({self.type_name}): {path} is {what}, this signal has {expected!r}"
+                )
+
+    # -- comparison ----------------------------------------------------------------------------------------------
+    @property
+    def layout(self) -> tuple:
+        """What two connected ports must share: type, bytes of the template, and dtype."""
+        return self.type_name, self.template, self.dtype
+
+    def leaves(self):
+        """Yield (path, dtype, offset, length in bytes) of every numeric field of the record."""
+        return _leaves(self.dtype)
+
+    def columns(self):
+        """Yield (label, unit) of every named quantity, for documents and tables."""
+        for parts in self.groups.values():
+            for name, quantity in parts.items():
+                yield name, quantity.unit
+
+
+def _leaves(dtype, prefix="", base=0):
+    for name in dtype.names:
+        sub, offset = dtype.fields[name][:2]
+        if sub.names:
+            yield from _leaves(sub, f"{prefix}{name}.", base + offset)
+        else:
+            yield f"{prefix}{name}", sub, base + offset, sub.itemsize
+
+
+def _stamp_path(signal, dtype):
+    first = dtype.names[0]
+    if first == "header":
+        return "header.stamp"
+    sub = dtype.fields[first][0]
+    if sub.names and sub.names[0] == "header":
+        return f"{first}.header.stamp"
+    raise ValueError(f"{signal.topic}: {signal.type_name} carries no header; a signal must be stamped")
+
+
+def _fill(record, message, signal, prefix):
+    """Copy the fields of a deserialised message into a record, by name."""
+    for name in record.dtype.names:
+        group = next((path for path, parts in signal.groups.items() if name in parts), None)
+        if group is not None and not prefix:
+            continue
+        value = getattr(message, name)
+        value = value[0] if isinstance(value, list) and record.dtype[name].names else value
+        if record.dtype[name].names:
+            _fill(record[name], value, signal, f"{prefix}{name}.")
+        elif hasattr(value, "x"):
+            record[name] = [getattr(value, axis) for axis in "xyzw"[:record.dtype[name].shape[0]]]
+        else:
+            record[name] = value
+    if not prefix:
+        for path, parts in signal.groups.items():
+            values, start = getattr(message, path), 0
+            for name, quantity in parts.items():
+                record[name] = values[start] if quantity.length is None else values[start:start + quantity.length]
+                start += quantity.count
+
+
+def named_vector(topic: str, frame_id: str, quantities: dict, role: Role, doc: str = "", names=None) -> Signal:
+    """A stamped float64 vector: a JointState whose names label the entries of ``position``.
+
+    quantities: name -> Quantity. Entries of an array are labelled ``name[i]``. ``names`` replaces the labels.
+    """
+    labels = []
+    for name, quantity in quantities.items():
+        labels += [name] if quantity.length is None else [f"{name}[{i}]" for i in range(quantity.length)]
+    labels = list(names) if names is not None else labels
+    return Signal(
+        topic, "sensor_msgs/msg/JointState", role,
+        fixed={"header.frame_id": frame_id, "name": labels, "position": len(labels)},
+        groups={"position": quantities}, doc=doc,
+    )
