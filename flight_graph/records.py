@@ -128,8 +128,8 @@ class Record:
             given = given if isinstance(given, dict) else field(given)
             cls.entries[name] = _entry(name, annotation, given, cls)
         for name in cls.entries:
-            if name in dict(cls.RESERVED):
-                raise TypeError(f"{cls.__name__}.{name}: this name is reserved")
+            if name in dict(cls.RESERVED) or hasattr(np.record, name):
+                raise TypeError(f"{cls.__name__}.{name}: this name is reserved (NumPy records have it too)")
         cls.dtype = np.dtype(
             [(entry.name, *_pair(entry.format)) for entry in cls.entries.values()] + list(cls.RESERVED), align=True)
 

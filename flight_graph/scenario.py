@@ -1,0 +1,244 @@
+"""Scenarios: one YAML file says the graph, the parameters, the seed, the duration, what to record and what to judge.
+
+    name: cubli_asteroid
+    title: Cubli rover balancing on an asteroid
+    duration_s: 60
+    seed: 1
+    components:
+      plant: {use: sim_nodes/cubli_plant, rate_hz: 100, parameters: {gravity_sign: 1}}
+      controller: {use: cubli_ros/appc_controller}
+    connect:
+      controller.attitude: plant.attitude               # or {from: plant.attitude, delay: 1}
+    record: {max_rate_hz: 1000}
+    metrics: papers.appc.metrics:compute
+
+It is validated as a whole before anything runs; an error names the file and the key.
+"""
+
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from flight_graph import registry
+from flight_graph.errors import FlightError, unknown
+from flight_graph.graph import Edge, Graph, Node
+from flight_graph.noise import stream_key
+from flight_graph.timebase import J2000, duration_ns
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+
+class ComponentEntry(_Strict):
+    """One component: where its class is found, its rate, and parameters that differ from the defaults."""
+
+    use: str
+    rate_hz: float | None = None
+    parameters: dict[str, Any] = Field(default_factory=dict)
+
+
+class EdgeEntry(_Strict):
+    """A wired input with a delay."""
+
+    source: str = Field(alias="from")
+    delay: int = 0
+
+
+class RecordEntry(_Strict):
+    """What the bag holds: all topics or the named ones, thinned to at most ``max_rate_hz``."""
+
+    topics: list[str] | None = None
+    max_rate_hz: float | None = None
+
+
+class EngineLimit(_Strict):
+    """A scenario that only one engine can run, and why."""
+
+    engine: str
+    because: str
+
+
+class ScenarioFile(_Strict):
+    """The file's keys."""
+
+    name: str
+    title: str
+    description: str = ""
+    duration_s: float
+    seed: int = 0
+    epoch_ns: int = J2000
+    base_rate_hz: float | None = None
+    components: dict[str, ComponentEntry]
+    connect: dict[str, str | EdgeEntry] = Field(default_factory=dict)
+    record: RecordEntry = Field(default_factory=RecordEntry)
+    metrics: str | None = None
+    figure: str | None = None
+    paper: str | None = None
+    only: EngineLimit | None = None
+    vary: dict[str, Any] | None = None
+
+
+class Scenario:
+    """A validated scenario: the file's data with overrides applied, and the graph it stands for.
+
+    Raises FlightError on anything that is wrong, before anything runs.
+    """
+
+    def __init__(self, data: dict, origin: str, folder: Path | None = None):
+        self.origin, self.folder = origin, folder
+        try:
+            self.file = ScenarioFile.model_validate(data)
+        except ValidationError as error:
+            raise FlightError(f"{origin}: {_first_sentence(error)}") from None
+        self.duration_ns = duration_ns(self.file.duration_s, f"{origin}: duration_s")
+        self.epoch_ns = self.file.epoch_ns
+        if self.epoch_ns <= 0 or (self.epoch_ns + self.duration_ns) >= 2**31 * 10**9:
+            raise FlightError(f"{origin}: epoch_ns: {self.epoch_ns} is not allowed; allowed: a stamp after 1970 whose "
+                              "seconds fit 31 bits at the end of the run (ROS reads zero as 'no clock')")
+        nodes = [self._node(name, entry) for name, entry in self.file.components.items()]
+        base = None
+        if self.file.base_rate_hz is not None:
+            from flight_graph.timebase import period_ns
+            base = period_ns(self.file.base_rate_hz, f"{origin}: base_rate_hz")
+        try:
+            self.graph = Graph(nodes, self._connections(), base)
+            for node in nodes:
+                for port in node.component.outputs:
+                    node.output_period_ns(port)
+        except FlightError as error:
+            raise FlightError(f"{origin}: {error}") from None
+        self._check_recorded_topics()
+
+    @property
+    def name(self) -> str:
+        return self.file.name
+
+    @property
+    def seed(self) -> int:
+        return self.file.seed
+
+    def resolved(self) -> dict:
+        """The scenario with every parameter and rate written out: what a bag carries and can be run from."""
+        data = self.file.model_dump(by_alias=True, exclude_none=True, exclude={"vary"})
+        for name, node in self.graph.nodes.items():
+            data["components"][name] = {"use": node.use, "rate_hz": node.rate_hz, "parameters": dict(node.values)}
+        data["connect"] = {
+            f"{node.name}.{port}": {"from": f"{edge.node}.{edge.port}", "delay": edge.delay}
+            for node in self.graph.nodes.values() for port, edge in node.inputs.items()}
+        return data
+
+    def recorded(self) -> dict[tuple[str, str], int]:
+        """(node, port) -> every how manieth message is recorded, in the order of the graph's steps."""
+        wanted = self.file.record.topics
+        names = [step.node for step in self.graph.order if step.part != "update"]
+        plan = {}
+        for name in names:
+            node = self.graph.nodes[name]
+            for port, signal in node.component.outputs.items():
+                if wanted is not None and signal.topic not in wanted:
+                    continue
+                every = 1
+                if self.file.record.max_rate_hz:
+                    rate = 1e9 / node.output_period_ns(port)
+                    every = max(1, -(-int(round(rate * 1e6)) // int(round(self.file.record.max_rate_hz * 1e6))))
+                plan[name, port] = every
+        return plan
+
+    def _node(self, name, entry):
+        where = f"{self.origin}: components.{name}"
+        try:
+            component = registry.component(entry.use, self.folder)
+        except FlightError as error:
+            raise FlightError(f"{where}.use: {error}") from None
+        values = component.parameters.defaults()
+        if "seed" in component.parameters.entries:
+            values["seed"] = stream_key(self.file.seed, name)
+        values.update(component.parameters.validate(entry.parameters, f"{where}.parameters"))
+        component.check(values, where)
+        rate = component.rate_hz if entry.rate_hz is None else entry.rate_hz
+        return Node(name, entry.use, component, values, rate)
+
+    def _connections(self):
+        connections = {}
+        for target, source in self.file.connect.items():
+            delay = 0
+            if isinstance(source, EdgeEntry):
+                source, delay = source.source, source.delay
+            for text in (target, source):
+                if text.count(".") != 1:
+                    raise FlightError(f"connect: '{text}' is not of the form component.port")
+            connections[tuple(target.split("."))] = Edge(*source.split("."), delay)
+        return connections
+
+    def _check_recorded_topics(self):
+        topics = [signal.topic for _, _, signal in self.graph.outputs()]
+        for topic in self.file.record.topics or []:
+            if topic not in topics:
+                raise unknown("topic", topic, topics, f"{self.origin}: record.topics")
+
+
+def available() -> dict[str, Path]:
+    """Names of the scenarios that come with the packages, and their files."""
+    folder = Path(str(resources.files("scenarios")))
+    return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
+
+
+def load(name_or_path: str, overrides: dict[str, Any] | None = None) -> Scenario:
+    """Read, override and validate a scenario.
+
+    name_or_path: the name of one that comes with the packages, or a YAML file.
+    overrides: ``component.parameter`` -> value, ``component.rate_hz`` -> value, or a top-level key -> value.
+    """
+    path = Path(name_or_path)
+    if path.suffix not in (".yaml", ".yml"):
+        known = available()
+        if name_or_path not in known:
+            raise unknown("scenario", name_or_path, known)
+        path = known[name_or_path]
+    elif not path.is_file():
+        raise FlightError(f"there is no scenario file '{path}'")
+    try:
+        data = yaml.safe_load(path.read_text())
+    except yaml.YAMLError as error:
+        raise FlightError(f"{path}: this is no YAML: {' '.join(str(error).split())}") from None
+    if not isinstance(data, dict):
+        raise FlightError(f"{path}: a scenario is a mapping of keys (name, title, duration_s, components, ...)")
+    return Scenario(override(data, overrides or {}), str(path.name), path.parent)
+
+
+def override(data: dict, overrides: dict[str, Any]) -> dict:
+    """Return a copy of a scenario's data with ``component.parameter`` (or ``.rate_hz``) and top-level keys replaced."""
+    data = {**data, "components": {name: dict(entry or {}) for name, entry in (data.get("components") or {}).items()}}
+    for key, value in overrides.items():
+        component, _, parameter = key.partition(".")
+        if not parameter:
+            if key not in ScenarioFile.model_fields or key in ("components", "connect"):
+                raise FlightError(f"--set {key}: write component.parameter=value")
+            data[key] = value
+            continue
+        if component not in data["components"]:
+            raise unknown("component", component, data["components"], f"--set {key}")
+        entry = data["components"][component]
+        if parameter in ("rate_hz", "use"):
+            entry[parameter] = value
+        else:
+            entry["parameters"] = {**(entry.get("parameters") or {}), parameter: value}
+    return data
+
+
+def _first_sentence(error: ValidationError) -> str:
+    first = error.errors()[0]
+    where = ".".join(str(part) for part in first["loc"] if part not in ("str", "EdgeEntry"))
+    if first["type"] == "extra_forbidden":
+        return f"{where}: there is no such key; allowed here: " + ", ".join(_keys_at(first["loc"]))
+    return f"{where}: {first['msg'].lower()} (got {first['input']!r})"
+
+
+def _keys_at(location):
+    model = {"components": ComponentEntry, "record": RecordEntry, "connect": EdgeEntry,
+             "only": EngineLimit}.get(location[0] if len(location) > 1 else "", ScenarioFile)
+    return [info.alias or name for name, info in model.model_fields.items()]

@@ -1,0 +1,41 @@
+"""Time: integer nanoseconds since the epoch of a run; periods that divide it exactly."""
+
+from datetime import UTC, datetime
+from fractions import Fraction
+
+from flight_graph.errors import FlightError
+
+SECOND = 1_000_000_000  # [ns]
+J2000 = int(datetime(2000, 1, 1, 12, tzinfo=UTC).timestamp()) * SECOND  # [ns] ROS reads time zero as "no clock"
+
+
+def period_ns(rate_hz: float, where: str) -> int:
+    """The period of a rate as whole nanoseconds. Raises FlightError when it is none."""
+    rate = _positive(rate_hz, where, "a rate in Hz")
+    period = SECOND / rate
+    if period.denominator != 1:
+        low = SECOND // (SECOND // rate + 1) if rate < SECOND else rate
+        raise FlightError(
+            f"{where}: {rate_hz} Hz has a period of {float(period):.3f} ns, which is no whole number of nanoseconds; "
+            f"take a rate that divides 1e9, such as {float(Fraction(round(float(low)))):g}")
+    return int(period)
+
+
+def duration_ns(seconds: float, where: str) -> int:
+    """A duration as whole nanoseconds (rounded), greater than zero."""
+    return round(_positive(seconds, where, "a time in seconds") * SECOND)
+
+
+def _positive(value, where, what) -> Fraction:
+    try:
+        number = Fraction(str(float(value)))
+    except (TypeError, ValueError, OverflowError):
+        raise FlightError(f"{where}: {value!r} is not {what}; allowed: a finite number > 0") from None
+    if number <= 0:
+        raise FlightError(f"{where}: {value} is not allowed; allowed: {what} greater than 0")
+    return number
+
+
+def stamp_parts(stamp_ns: int) -> tuple[int, int]:
+    """(sec, nanosec) of a ROS stamp."""
+    return stamp_ns // SECOND, stamp_ns % SECOND

@@ -1,0 +1,142 @@
+"""A small oscillator with a sensor, a controller and a slow watcher: the graph that the executors' tests run."""
+
+import math
+
+from flight_graph.component import Component, same_stamp
+from flight_graph.kernel import kernel
+from flight_graph.noise import gaussian
+from flight_graph.records import Choice, Parameters, State, Vec3, field
+from msg_schemas.qos import Role
+from msg_schemas.signal import Quantity, Signal, named_vector
+
+TRUTH = named_vector("toy/truth", "toy", {"angle": Quantity(3, "rad"), "rate": Quantity(3, "rad/s")}, Role.TRUTH)
+SENSED = Signal("toy/imu", "sensor_msgs/msg/Imu", Role.SENSOR, {"header.frame_id": "toy_imu"})
+COMMAND = Signal("toy/command", "sensor_msgs/msg/JointState", Role.COMMAND,
+                 {"header.frame_id": "toy", "name": ["x", "y", "z"], "effort": 3})
+WATCH = named_vector("toy/watch", "toy", {"fresh": Quantity(None, "1"), "total": Quantity(None, "N m")}, Role.TELEMETRY)
+
+
+class PlantParameters(Parameters):
+    inertia: float = field(2.0, unit="kg m^2", gt=0)
+    stiffness: float = field(1.0, unit="N m/rad", ge=0)
+    angle: Vec3 = field((0.1, 0.2, -0.3), unit="rad")
+
+
+class PlantState(State):
+    angle: Vec3
+    rate: Vec3
+
+
+@kernel
+def plant_start(p, x):
+    for i in range(3):
+        x.angle[i] = p.angle[i]
+
+
+@kernel
+def plant_output(t_ns, p, x, truth):
+    for i in range(3):
+        truth.angle[i] = x.angle[i]
+        truth.rate[i] = x.rate[i]
+
+
+@kernel
+def plant_update(t_ns, p, x, command):
+    for i in range(3):
+        for _ in range(4):
+            acceleration = (command.effort[i] - p.stiffness * math.sin(x.angle[i])) / p.inertia
+            x.rate[i] += 0.25 * p.period * acceleration
+            x.angle[i] += 0.25 * p.period * x.rate[i]
+
+
+class Plant(Component):
+    """Three oscillators."""
+
+    parameters, state = PlantParameters, PlantState
+    inputs, outputs = {"command": COMMAND}, {"truth": TRUTH}
+    start, output, update = plant_start, plant_output, plant_update
+
+
+class SensorParameters(Parameters):
+    seed: int = field(0)
+    sigma: float = field(1e-3, unit="rad/s", ge=0)
+
+
+@kernel
+def sense(t_ns, p, x, truth, imu):
+    for i in range(3):
+        imu.angular_velocity[i] = truth.rate[i] + p.sigma * gaussian(p.seed, t_ns, i)
+        imu.linear_acceleration[i] = truth.angle[i]
+
+
+class Sensor(Component):
+    """Rates with noise."""
+
+    parameters = SensorParameters
+    inputs, outputs = {"truth": TRUTH}, {"imu": SENSED}
+    kernel = sense
+
+
+class ControllerParameters(Parameters):
+    kp: float = field(0.5, unit="N m/rad", ge=0)
+    kd: float = field(0.8, unit="N m s/rad", ge=0, le=10)
+    law: Choice("pd", "p") = field("pd")
+    angle_limit: float = field(100.0, unit="rad", gt=0)
+
+
+@kernel
+def control(t_ns, p, x, imu, command):
+    for i in range(3):
+        kd = p.kd if p.law == 0 else 0.0
+        command.effort[i] = -p.kp * imu.linear_acceleration[i] - kd * imu.angular_velocity[i]
+        if abs(imu.linear_acceleration[i]) > p.angle_limit:
+            x.fault = 1
+
+
+class Controller(Component):
+    """Proportional-derivative law."""
+
+    parameters = ControllerParameters
+    inputs, outputs = {"imu": SENSED}, {"command": COMMAND}
+    kernel = control
+    faults = {1: "the angle left the limit of {angle_limit} rad"}
+
+
+class WatchState(State):
+    count: int
+    total: float
+
+
+@kernel
+def watch(t_ns, p, x, imu, command, seen):
+    if same_stamp(command.header.stamp, seen.header.stamp):
+        x.count += 1
+    x.total += command.effort[0]
+    seen.fresh = x.count
+    seen.total = x.total
+
+
+class Watcher(Component):
+    """Sums the command of the tick before."""
+
+    state = WatchState
+    inputs, outputs = {"imu": SENSED, "command": COMMAND}, {"seen": WATCH}
+    kernel = watch
+    rate_hz = 50.0
+    output_rate_hz = {"seen": 10.0}
+
+
+def scenario(**overrides) -> dict:
+    """A scenario's data: plant and sensor 200 Hz, controller 100 Hz, watcher 50 Hz with a delayed input."""
+    data = {
+        "name": "toy", "title": "three oscillators", "duration_s": 2.0, "seed": 7,
+        "components": {
+            "plant": {"use": f"{__file__}:Plant", "rate_hz": 200},
+            "watcher": {"use": f"{__file__}:Watcher"},
+            "controller": {"use": f"{__file__}:Controller"},
+            "sensor": {"use": f"{__file__}:Sensor", "rate_hz": 200},
+        },
+        "connect": {"watcher.command": {"from": "controller.command", "delay": 1}},
+    }
+    data.update(overrides)
+    return data
