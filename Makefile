@@ -1,0 +1,57 @@
+VENV := .venv
+BIN := $(VENV)/bin
+LOCK := build/lock
+UV_VERSION := 0.13.9
+
+# One stamp for the locked packages, one for this project. The first depends on which ROS 2 is sourced, if any.
+PACKAGES := $(VENV)/.packages$(addprefix -ros-,$(or $(ROS),$(ROS_DISTRO)))$(addprefix -python-,$(subst /,_,$(PYTHON)))
+PROJECT := $(VENV)/.project
+INSTALLED := setup.py package.xml pyproject.toml $(wildcard */nodes.py launch/*/* config/*/* papers/*/__init__.py)
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help setup demo test bench lock clean
+
+help: ## this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-7s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@echo
+	@echo "PYTHON=/path/to/python3.12 chooses the interpreter (3.11 or 3.12); ROS=none leaves ROS 2 out."
+
+setup: $(PROJECT) ## .venv with pinned, hash-checked packages and this project, editable
+
+demo: setup ## a first flight (runs: flight demo)
+	$(BIN)/flight demo
+
+test: setup ## all tests; a broken build fails in the first seconds
+	$(BIN)/python -m pytest -x -q tests/smoke
+	$(BIN)/python -m pytest -q -n 2 --dist loadgroup tests --ignore=tests/smoke
+
+bench: setup ## the numbers of the README (runs: benchmarks/*.py)
+	@for script in benchmarks/*.py; do echo "$$script"; $(BIN)/python "$$script" || exit 1; done
+
+lock: ## write requirements/*.txt anew (UPGRADE=1 takes the newest versions)
+	test -x $(LOCK)/bin/uv || (python3 -m venv $(LOCK) && $(LOCK)/bin/pip install --quiet uv==$(UV_VERSION))
+	$(call compile,build,requirements/build.in,3.11 --universal)
+	$(call compile,python3.11,setup.py --extra test,3.11 --universal)
+	$(call compile,python3.12,setup.py --extra test,3.12 --universal)
+	$(call compile,python3.11-ros,setup.py --extra test --extra ros,3.11 --python-platform x86_64-manylinux_2_28)
+	$(call compile,python3.12-ros,setup.py --extra test --extra ros,3.12 --python-platform x86_64-manylinux_2_28)
+
+clean: ## removes what make made, .venv too (recordings in runs/ stay)
+	rm -rf $(VENV) build install log dist *.egg-info .pytest_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# $(call compile,name of the lock,sources,python version and platform). No address goes into a lock: any index will do.
+define compile
+$(LOCK)/bin/uv pip compile --quiet --no-config --generate-hashes --no-emit-index-url --no-emit-find-links --no-annotate \
+	--custom-compile-command "make lock" $(if $(UPGRADE),--upgrade) --constraint requirements/build.in \
+	--python-version $(3) --output-file requirements/$(1).txt $(2)
+endef
+
+$(PACKAGES): requirements/install.sh $(wildcard requirements/*.txt)
+	requirements/install.sh $(PYTHON)
+	@rm -f $(VENV)/.packages* && touch $@
+
+$(PROJECT): $(PACKAGES) $(INSTALLED)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-index --no-build-isolation -e .
+	@touch $@

@@ -1,0 +1,62 @@
+#!/usr/bin/env bash
+# Fills .venv with the pinned, hash-checked packages of requirements/; `make setup` calls it.
+# usage: requirements/install.sh [python]     (ROS=none in the environment leaves ROS 2 out)
+set -euo pipefail
+cd "$(dirname "$0")/.."
+venv=.venv
+
+stop() { echo "setup: $*" >&2; exit 1; }
+is_supported() {
+    "$1" -c 'import sys, venv, ensurepip; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 12)))' >/dev/null 2>&1
+}
+has_ros() { "$1" -c 'import rclpy' >/dev/null 2>&1; }
+version_of() { "$1" -c 'import sys; print("%d.%d" % sys.version_info[:2])'; }
+
+if [ "${ROS_DISTRO:-jazzy}" != jazzy ]; then
+    stop "ROS 2 $ROS_DISTRO is sourced, this project runs on Jazzy: use a shell in which it is not sourced."
+fi
+
+python=${1:-}
+if [ -n "$python" ]; then
+    is_supported "$python" || stop "PYTHON=$python is not a Python 3.11 or 3.12 with the modules venv and ensurepip."
+elif [ "${ROS_DISTRO:-}" = jazzy ] && is_supported python3 && has_ros python3; then
+    python=python3 # the one that the sourced ROS 2 is built for
+else
+    for candidate in $venv/bin/python python3.12 python3.11 python3; do
+        if is_supported "$candidate"; then python=$candidate; break; fi
+    done
+    [ -n "$python" ] || stop "no Python 3.11 or 3.12 with the modules venv and ensurepip was found (Debian and Ubuntu:" \
+        "apt install python3-venv). Install one, or name one: make setup PYTHON=/path/to/python3.12"
+fi
+python=$("$python" -c 'import sys; print(sys._base_executable)') # not a venv's own, which may be remade below
+version=$(version_of "$python")
+
+lock=requirements/python$version.txt
+inherit=false # whether the environment sees the system's packages
+if [ "${ROS:-}" = none ]; then
+    ros="none, as asked"
+elif [ "${ROS_DISTRO:-}" = jazzy ] && has_ros "$python"; then
+    ros="the sourced Jazzy"
+    inherit=true
+elif [ "$(uname -s) $(uname -m)" = "Linux x86_64" ]; then
+    ros="Jazzy from wheels"
+    lock=requirements/python$version-ros.txt
+else
+    ros="none (its wheels are for x86_64 Linux, and no Jazzy is sourced); all but the ROS executor works"
+fi
+echo "setup: Python $version; ROS 2: $ros; packages of $lock"
+
+is_as_wanted() {
+    [ "$(version_of $venv/bin/python 2>/dev/null)" = "$version" ] &&
+        grep -q "^include-system-site-packages = $inherit" $venv/pyvenv.cfg
+}
+if ! is_as_wanted; then
+    options=(--clear)
+    [ $inherit = false ] || options+=(--system-site-packages)
+    "$python" -m venv "${options[@]}" $venv
+fi
+
+pip() { $venv/bin/python -m pip --disable-pip-version-check "$@"; }
+pip install --quiet --require-hashes --only-binary :all: -r requirements/build.txt
+# empy comes as source only; the build tools just installed build it, so that no unpinned ones are fetched.
+pip install --quiet --require-hashes --no-build-isolation --only-binary :all: --no-binary empy -r "$lock"
