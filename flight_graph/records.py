@@ -77,13 +77,12 @@ class Entry:
                 raise FlightError(f"{where}: {value!r} is not allowed; allowed: {self.range_text}")
             return self.words.index(value)
         try:
-            if self.shape and np.ndim(value) == 0:
-                return np.full(self.shape, _adapter(self, ()).validate_python(value))
-            if self.shape:
-                value = np.asarray(value, float).reshape(self.shape).tolist() \
-                    if np.size(value) == int(np.prod(self.shape)) else value
-            return np.array(_adapter(self, self.shape).validate_python(value)) if self.shape \
-                else _adapter(self, ()).validate_python(value)
+            if not self.shape:
+                return _adapter(self, ()).validate_python(_number(value))
+            if np.ndim(value) == 0:
+                return np.full(self.shape, _adapter(self, ()).validate_python(_number(value)))
+            rows = _rows([_number(item) for item in value], self.shape)
+            return np.array(_adapter(self, self.shape).validate_python(rows))
         except (ValidationError, ValueError, TypeError) as error:
             detail = error.errors()[0]["msg"].lower() if isinstance(error, ValidationError) else str(error)
             raise FlightError(f"{where}: {value!r} is not allowed ({detail}); allowed: {self.range_text}") from None
@@ -95,12 +94,24 @@ class Entry:
         return record_value.tolist() if self.shape else {"float": float, "int": int, "bool": bool}[self.kind](record_value)
 
 
+def _number(value):
+    """NumPy scalars and arrays as plain numbers and lists."""
+    return value.tolist() if hasattr(value, "tolist") else list(value) if isinstance(value, tuple) else value
+
+
+def _rows(values, shape):
+    """A matrix written row by row as one list (the form of ROS parameters), as nested lists."""
+    if len(shape) == 2 and len(values) == shape[0] * shape[1] and not any(isinstance(v, list) for v in values):
+        return [values[i * shape[1]:(i + 1) * shape[1]] for i in range(shape[0])]
+    return values
+
+
 @cache
 def _adapter(entry: Entry, shape: tuple) -> TypeAdapter:
     bounds = dict(entry.bounds)
     scalar = {
-        "float": Annotated[float, Field(allow_inf_nan=False, **bounds)],
-        "int": Annotated[int, Field(**bounds)],
+        "float": Annotated[float, Field(strict=True, allow_inf_nan=False, **bounds)],
+        "int": Annotated[int, Field(strict=True, **bounds)],
         "bool": StrictBool,
     }[entry.kind]
     for length in reversed(shape):

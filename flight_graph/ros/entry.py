@@ -1,0 +1,89 @@
+"""What an executable runs: ``main(package, executable)`` starts one component, or the program of that name."""
+
+import importlib
+import json
+import signal
+import sys
+
+from flight_graph import registry
+from flight_graph.errors import FlightError
+from flight_graph.ros.environment import prepare_environment
+
+
+def main(package: str, executable: str, arguments: list[str] | None = None) -> int:
+    """Run ``package/executable`` with ROS arguments; return the exit status."""
+    arguments = sys.argv[1:] if arguments is None else arguments
+    try:
+        target = registry.executables(package).get(executable)
+        if target is None:
+            raise registry.unknown("executable", executable, registry.executables(package), package)
+        module, _, attribute = target.partition(":")
+        found = getattr(importlib.import_module(module), attribute)
+        if not isinstance(found, type):
+            return found(arguments)
+        return run_component(f"{package}/{executable}", executable, arguments)
+    except FlightError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+
+
+def run_component(use: str, default_name: str, arguments: list[str], announce=None) -> int:
+    """Run the component ``use`` as a node until it is done or asked to end; return the exit status."""
+    prepare_environment()
+    component = registry.component(use)
+    if "-h" in arguments or "--help" in arguments:
+        print(_help(use, default_name, component))
+        return 0
+    import rclpy
+    from rclpy.signals import SignalHandlerOptions
+
+    from flight_graph.ros import lockstep, realtime
+    from flight_graph.ros.node import ComponentNode, Stopped
+
+    announce = announce or (lambda event: None)
+    node = None
+    stopping = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: (stopping.append(1), node and node.stopping.set()))
+    rclpy.init(args=["node", *arguments], signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        node = ComponentNode(default_name, use, component, announce)
+        if stopping:
+            raise Stopped
+        announce({"ready": node.get_name()})
+        (lockstep if node.settings.lockstep else realtime).run(node)
+        announce({"done": node.get_name()})
+        while node.settings.supervised:
+            node.check_alive()
+            node.stopping.wait(0.05)
+        return 0
+    except Stopped:
+        if node is not None and hasattr(node, "statistics"):
+            announce({"statistics": node.statistics.summary()})
+        return 0
+    except FlightError as error:
+        announce({"error": str(error)})
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    finally:
+        if node is not None:
+            node.close()
+        rclpy.try_shutdown()
+
+
+def json_lines(name: str):
+    """An ``announce`` that writes one JSON line an event to standard output."""
+    def announce(event):
+        sys.stdout.write(json.dumps({"node": name, **event}) + "\n")
+        sys.stdout.flush()
+    return announce
+
+
+def _help(use, name, component):
+    rows = [f"{name}: {component.summary()}", "", f"usage: ros2 run {use.replace('/', ' ')} --ros-args -p NAME:=VALUE ...",
+            "", "parameters:"]
+    for entry in component.parameters.entries.values():
+        rows.append(f"  {entry.name} = {entry.default}  ({entry.range_text}) {entry.doc}")
+    rows += ["", "inputs:"] + [f"  {port}: {s.topic} ({s.type_name})" for port, s in component.inputs.items()]
+    rows += ["", "outputs:"] + [f"  {port}: {s.topic} ({s.type_name})" for port, s in component.outputs.items()]
+    return "\n".join(rows)

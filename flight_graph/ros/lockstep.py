@@ -1,0 +1,101 @@
+"""Lockstep: a firing at t waits for exactly the messages that belong to t, so timing cannot change a bit."""
+
+import time
+
+from flight_graph.errors import FlightError
+from flight_graph.ros.clock import ClockInput
+from flight_graph.timebase import SECOND
+from msg_schemas.signal import SignalMismatch
+
+
+def run(node) -> None:
+    """Run a node from t = 0 to the end of the run. Raises FlightError, Stopped."""
+    settings, component = node.settings, node.component
+    paced = any(source.period_ns for source in settings.sources.values())
+    clock = None if paced or settings.clock_master else ClockInput(node)
+    node.match()
+    node.progress.tell(0)
+    if settings.clock_master:
+        _wait_for_nodes(node, 0)
+    node.call("start", 0)
+    t_ns, end_ns = 0, settings.duration_ns
+    while not end_ns or t_ns < end_ns:
+        node.check_alive()
+        node.parameters.refresh()
+        if settings.clock_master and t_ns % (settings.window_ns // 8 or 1) < settings.period_ns:
+            _wait_for_nodes(node, t_ns - settings.window_ns)
+        if clock:
+            clock.wait_until(t_ns, node)
+        fire(node, component, t_ns)
+        t_ns += settings.period_ns
+        node.progress.tell(t_ns)
+        if settings.clock_master and t_ns % SECOND < settings.period_ns:
+            node.announce({"progress": t_ns / SECOND})
+    node.progress.tell(end_ns, last=True)
+    if settings.clock_master:
+        _wait_for_nodes(node, end_ns)
+
+
+def fire(node, component, t_ns: int) -> None:
+    """One firing at t."""
+    if component.kernel is None:
+        node.publish_clock(t_ns)
+        node.stamp_outputs(t_ns)
+        node.call("output", t_ns)
+        node.publish_outputs(t_ns)
+        join(node, t_ns)
+        node.call("update", t_ns)
+    else:
+        join(node, t_ns)
+        node.stamp_outputs(t_ns)
+        node.call("kernel", t_ns)
+        node.publish_outputs(t_ns)
+
+
+def join(node, t_ns: int) -> None:
+    """Bring every input to the message that belongs to a firing at t."""
+    for name, port in node.inputs.items():
+        expected = node.settings.sources[name].expected_ns(t_ns)
+        if expected is None or port.stamp_ns == expected:
+            continue
+        deadline = time.monotonic_ns() + int(node.settings.timeout_s * SECOND)
+        while port.stamp_ns != expected:
+            _advance(node, name, port, expected, deadline)
+
+
+def _advance(node, name, port, expected, deadline):
+    try:
+        found = port.peek()
+    except SignalMismatch as error:
+        raise FlightError(f"{node.get_name()}.{name}: {error}") from None
+    if found is None:
+        if time.monotonic_ns() > deadline:
+            raise FlightError(
+                f"{node.get_name()}: waited {node.settings.timeout_s:g} s for its input {name} on "
+                f"{port.subscription.topic}, stamp t = {expected / SECOND:.9f} s")
+        port.subscription.wait(deadline - time.monotonic_ns())
+        node.check_alive()
+    elif found <= expected:
+        if port.stamp_ns is not None and found <= port.stamp_ns:
+            raise FlightError(f"{node.get_name()}.{name}: {port.subscription.topic} carries t = {found / SECOND:.9f} s "
+                              f"after t = {port.stamp_ns / SECOND:.9f} s: has the topic a second source?")
+        port.accept()
+    else:
+        raise FlightError(f"{node.get_name()}.{name}: the message of t = {expected / SECOND:.9f} s on "
+                          f"{port.subscription.topic} is lost; the next one is stamped {found / SECOND:.9f} s")
+
+
+def _wait_for_nodes(node, t_ns: int) -> None:
+    """Wait until every watched node has come to t. Raises FlightError naming the one that has not."""
+    for name, watch in node.watches.items():
+        deadline = time.monotonic_ns() + int(node.settings.timeout_s * SECOND)
+        best = watch.t_ns
+        while watch.read() < t_ns:
+            node.check_alive()
+            if watch.t_ns > best:
+                best, deadline = watch.t_ns, time.monotonic_ns() + int(node.settings.timeout_s * SECOND)
+            if time.monotonic_ns() > deadline:
+                came = f"it has come to t = {watch.t_ns / SECOND:.9f} s" if watch.t_ns >= 0 else "it is not ready"
+                raise FlightError(f"{node.get_name()}: waited {node.settings.timeout_s:g} s for the node {name} to reach "
+                                  f"t = {max(t_ns, 0) / SECOND:.9f} s; {came}")
+            watch.wait(SECOND)

@@ -1,0 +1,210 @@
+"""One component as a ROS 2 lifecycle node: ports, parameters, start-up, and the two paces of its loop."""
+
+import threading
+import time
+
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
+
+from flight_graph import source
+from flight_graph.compiled import fault_sentence, nonfinite_sentence
+from flight_graph.errors import FlightError
+from flight_graph.ros.parameters import ComponentParameters
+from flight_graph.ros.ports import InputPort, LoopOnly, OutputPort, RawPublisher, parent_is_gone
+from flight_graph.ros.progress import Progress, Watch
+from flight_graph.ros.settings import PARENT, declare
+from flight_graph.timebase import SECOND, stamp_parts
+from msg_schemas.definitions import TYPESTORE
+from msg_schemas.qos import Qos
+from msg_schemas.signal import ENCAPSULATION
+
+CLOCK = ("/clock", "rosgraph_msgs/msg/Clock", Qos(depth=100))
+CLOCK_PERIOD_NS = 1_000_000  # [ns] /clock is published at most at 1 kHz
+
+
+class Stopped(Exception):
+    """The node was asked to end (SIGINT, SIGTERM, shutdown transition, or its starter is gone)."""
+
+
+class ComponentNode(LifecycleNode):
+    """A component with its ports. ``announce(dict)`` tells the starter of the node what happens."""
+
+    def __init__(self, name: str, use: str, component, announce):
+        super().__init__(name, automatically_declare_parameters_from_overrides=False)
+        self.component, self.announce = component, announce
+        self.stopping = threading.Event()
+        self.active = threading.Event()
+        autostart = self.declare_parameter("autostart", True).value
+        self.settings = declare(self, component)
+        self.parameters = ComponentParameters(self, component)
+        self.parameters.record["period"] = self.settings.period_ns / SECOND
+        group = LoopOnly()
+        self.inputs = {
+            port: InputPort(self, port, signal, self.settings.sources[port].topic, self.settings.epoch_ns, group)
+            for port, signal in component.inputs.items()}
+        self.outputs = {port: OutputPort(self, port, signal, signal.topic)
+                        for port, signal in component.outputs.items()}
+        self.formatted = [(made, RawPublisher(self, made.topic, made.type_name, made.role.qos))
+                          for made in component.formatted if _importable(made.type_name)]
+        self.output_periods = {port: self.settings.output_period_ns(component, port) for port in self.outputs}
+        self.progress = Progress(self, self.settings)
+        self.watches = {other: Watch(self, other, group) for other in self.settings.wait_for}
+        self.clock = RawPublisher(self, *CLOCK) if self.settings.clock_master else None
+        self.state = component.state.record()
+        self._use = use
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self)
+        self._thread = threading.Thread(target=self._serve, daemon=True)
+        self._compile()
+        self._thread.start()
+        if autostart:
+            self.trigger_configure()
+            self.trigger_activate()
+
+    # -- lifecycle -----------------------------------------------------------------------------------------------
+    def on_activate(self, state):
+        self.active.set()
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_deactivate(self, state):
+        self.active.clear()
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_shutdown(self, state):
+        self.stopping.set()
+        return TransitionCallbackReturn.SUCCESS
+
+    def _serve(self):
+        try:
+            self._executor.spin()
+        except ExternalShutdownException:
+            pass
+
+    def close(self):
+        """End the service thread and the node."""
+        self._executor.shutdown(timeout_sec=1.0)
+        self._thread.join(timeout=2.0)
+        self.destroy_node()
+
+    def check_alive(self):
+        """Raise Stopped when the node is to end; wait while it is inactive."""
+        while True:
+            if self.stopping.is_set() or not rclpy.ok():
+                raise Stopped
+            if self.settings.supervised and parent_is_gone(PARENT):
+                raise Stopped
+            if self.active.wait(0.05):
+                return
+
+    # -- kernels -------------------------------------------------------------------------------------------------
+    def _compile(self):
+        """Load or compile the component's parts, and run each once on scratch records so that no firing waits."""
+        self._steps = {}
+        for part in ("start", "kernel", "output", "update"):
+            function = getattr(self.component, part)
+            if function is not None:
+                text = source.step_source(self._use, self.component, part)
+                self._steps[part] = source.load(text, [function], f"step_{part}").step
+                arrays = [self.parameters.record.copy(), self.component.state.record()]
+                arrays += [signal.new()[1] for signal in self._signals(part)]
+                self._steps[part](0, *arrays)
+
+    def _signals(self, part):
+        inputs = [] if part in ("start", "output") else list(self.component.inputs.values())
+        return inputs + ([] if part in ("start", "update") else list(self.component.outputs.values()))
+
+    def call(self, part: str, t_ns: int) -> None:
+        """Run one part of the component at t. Raises FlightError on a fault or a non-finite output."""
+        step = self._steps.get(part)
+        if step is None:
+            return
+        arrays = [] if part in ("start", "output") else [port.record for port in self.inputs.values()]
+        arrays += [] if part in ("start", "update") else [port.record for port in self.outputs.values()]
+        code = step(t_ns, self.parameters.record, self.state, *arrays)
+        if code:
+            raise FlightError(self._stop_sentence(code, t_ns / SECOND))
+
+    def _stop_sentence(self, code, seconds):
+        name = self.get_name()
+        if code == source.FAULT:
+            return fault_sentence(name, self.component, self.parameters.record, self.state, seconds)
+        port = list(self.outputs.values())[code // 10]
+        return nonfinite_sentence(name, port.name, port.signal, port.record, seconds)
+
+    def stamp_outputs(self, t_ns: int) -> None:
+        sec, nanosec = stamp_parts(self.settings.epoch_ns + t_ns)
+        for port in self.outputs.values():
+            port.stamp(sec, nanosec)
+
+    def publish_outputs(self, t_ns: int) -> None:
+        """Publish what is due at t: records, then the messages formatted from them."""
+        for name, port in self.outputs.items():
+            if t_ns % self.output_periods[name] == 0:
+                port.publish()
+                for made, publisher in self.formatted:
+                    if made.port == name:
+                        publisher.publish(formatted_payload(made, port.record))
+
+    def publish_clock(self, t_ns: int) -> None:
+        if self.clock and t_ns % CLOCK_PERIOD_NS == 0:
+            sec, nanosec = stamp_parts(self.settings.epoch_ns + t_ns)
+            self.clock.publish(clock_payload(sec, nanosec))
+
+    # -- start ---------------------------------------------------------------------------------------------------
+    def match(self) -> None:
+        """Wait until every declared reader and writer is matched. Raises FlightError naming what is missing."""
+        self._refuse_second_source()
+        deadline = time.monotonic() + self.settings.timeout_s
+        while missing := self._unmatched():
+            self.check_alive()
+            if time.monotonic() > deadline:
+                raise FlightError(f"{self.get_name()}: waited {self.settings.timeout_s:g} s for {missing}")
+            time.sleep(0.01)
+        self._refuse_second_source()
+
+    def _unmatched(self) -> str | None:
+        for name, port in self.inputs.items():
+            source_ = self.settings.sources[name]
+            if source_.period_ns and port.subscription.publishers() < 1:
+                return self._why_no_publisher(name, port)
+        for name, port in self.outputs.items():
+            wanted = self.settings.subscribers[name]
+            found = port.publisher.subscribers()
+            if found < wanted:
+                return f"readers of its output {name} on {port.publisher.topic}: {found} of {wanted} have appeared"
+        for other, watch in self.watches.items():
+            if not watch.is_matched():
+                return f"the node {other}: it has not appeared"
+        return self.progress.unmatched()
+
+    def _why_no_publisher(self, name, port):
+        topic = port.subscription.topic
+        others = {info.topic_type for info in self.get_publishers_info_by_topic(topic)} - {port.signal.type_name}
+        if others:
+            return f"its input {name}: {topic} carries {', '.join(others)}, this input takes {port.signal.type_name}"
+        return f"its input {name} on {topic}: no publisher has appeared"
+
+    def _refuse_second_source(self):
+        for name, port in self.outputs.items():
+            others = [info for info in self.get_publishers_info_by_topic(port.publisher.topic)
+                      if (info.node_name, info.node_namespace) != (self.get_name(), self.get_namespace())]
+            if others:
+                raise FlightError(
+                    f"{self.get_name()}.{name}: {port.publisher.topic} has a source already (node "
+                    f"{others[0].node_namespace.rstrip('/')}/{others[0].node_name}); one topic has one source")
+
+
+def clock_payload(sec: int, nanosec: int) -> bytes:
+    """A serialised rosgraph_msgs/Clock."""
+    return ENCAPSULATION + sec.to_bytes(4, "little", signed=True) + nanosec.to_bytes(4, "little")
+
+
+def formatted_payload(made, record) -> bytes:
+    """The serialised form of a formatted message, the same in every executor."""
+    return bytes(TYPESTORE.serialize_cdr(made.function(record[0]), made.type_name))
+
+
+def _importable(type_name):
+    import importlib.util
+    return importlib.util.find_spec(type_name.split("/")[0]) is not None

@@ -1,0 +1,69 @@
+"""A component's declared parameters as ROS parameters: descriptors, checks, live changes."""
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
+
+from flight_graph.errors import FlightError
+from flight_graph.records import Entry
+
+
+def descriptor(entry: Entry) -> ParameterDescriptor:
+    """Unit, range and source of an entry. Closed numeric ranges are given to ROS as ranges too."""
+    text = ". ".join(part for part in (entry.doc, f"source: {entry.source}" if entry.source else "") if part)
+    made = ParameterDescriptor(
+        name=entry.name, description=f"{text} [{entry.unit or '1'}]", additional_constraints=entry.range_text,
+        dynamic_typing=True)  # a whole number or a scalar for an array is welcome; the declared check decides
+    bounds = dict(entry.bounds)
+    if {"ge", "le"} <= bounds.keys():
+        if entry.kind == "int":
+            made.integer_range = [IntegerRange(from_value=int(bounds["ge"]), to_value=int(bounds["le"]))]
+        else:
+            made.floating_point_range = [FloatingPointRange(from_value=float(bounds["ge"]), to_value=float(bounds["le"]))]
+    return made
+
+
+class ComponentParameters:
+    """Declares the parameters of a component on a node and keeps the record that the kernel reads.
+
+    A change that passes the checks is taken over between two firings (`refresh`).
+    """
+
+    def __init__(self, node, component):
+        self._node, self._component = node, component
+        self._values, self._changed = {}, False
+        for name, entry in component.parameters.entries.items():
+            default = component.parameters.defaults()[name]
+            flat = _flat(default)
+            given = node.declare_parameter(name, flat, descriptor(entry)).value
+            self._values[name] = default if given == flat else given
+        self._values = component.parameters.validate(self._values, node.get_name())
+        component.check(self._values, node.get_name())
+        self.record = component.parameters.record(self._values, node.get_name())
+        node.add_on_set_parameters_callback(self._on_set)
+
+    def refresh(self) -> None:
+        """Take over what was set since the last firing."""
+        if self._changed:
+            self._changed = False
+            period = self.record["period"].copy()
+            self.record[:] = self._component.parameters.record(self._values, self._node.get_name())
+            self.record["period"] = period
+
+    def _on_set(self, parameters):
+        changes = {p.name: p.value for p in parameters if p.name in self._component.parameters.entries}
+        fixed = [p.name for p in parameters if p.name not in changes and p.name != "use_sim_time"]
+        if fixed:
+            return SetParametersResult(successful=False, reason=f"{', '.join(fixed)}: fixed when the node starts")
+        try:
+            values = {**self._values, **self._component.parameters.validate(changes, self._node.get_name())}
+            self._component.check(values, self._node.get_name())
+        except FlightError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        self._values, self._changed = values, True
+        return SetParametersResult(successful=True)
+
+
+def _flat(value):
+    """ROS has no nested arrays: matrices travel row by row."""
+    if isinstance(value, list) and value and isinstance(value[0], list):
+        return [number for row in value for number in _flat(row)]
+    return value

@@ -1,0 +1,151 @@
+"""Raw topic ends: bytes out of a record, bytes into a record, without message objects and without an executor."""
+
+import importlib
+import os
+
+from rclpy.callback_groups import CallbackGroup
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+
+from msg_schemas.qos import Qos
+from msg_schemas.signal import Signal
+
+SLICE_NS = 50_000_000  # [ns] longest wait before Python looks at signals again
+
+
+def message_class(type_name: str):
+    """The rclpy class of ``package/msg/Type``. Raises ImportError where the package is not installed."""
+    package, _, name = type_name.split("/")
+    return getattr(importlib.import_module(f"{package}.msg"), name)
+
+
+def profile(qos: Qos) -> QoSProfile:
+    """The rclpy form of a row of the QoS table."""
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST, depth=qos.depth,
+        reliability=ReliabilityPolicy.RELIABLE if qos.reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if qos.transient_local else DurabilityPolicy.VOLATILE)
+
+
+class LoopOnly(CallbackGroup):
+    """Keeps the data subscriptions away from the executor that serves parameters and lifecycle."""
+
+    def can_execute(self, entity):
+        return False
+
+    def beginning_execution(self, entity):
+        return False
+
+    def ending_execution(self, entity):
+        pass
+
+
+class RawSubscription:
+    """A subscription whose serialised messages are taken by the loop, in order."""
+
+    def __init__(self, node, topic: str, type_name: str, qos: Qos, group: CallbackGroup):
+        self.message_type = message_class(type_name)
+        self.type_name = type_name
+        self._subscription = node.create_subscription(
+            self.message_type, topic, _never, profile(qos), raw=True, callback_group=group)
+        self.topic = self._subscription.topic_name
+        self._handle = self._subscription.handle
+        self._wait_set = rclpy_implementation.WaitSet(1, 0, 0, 0, 0, 0, node.context.handle)
+
+    def take(self) -> bytes | None:
+        """The next message, or None when none is there."""
+        taken = self._handle.take_message(self.message_type, True)
+        return None if taken is None else taken[0]
+
+    def wait(self, nanoseconds: int) -> None:
+        """Wait until a message is there, for at most ``nanoseconds`` (and never longer than a slice)."""
+        self._wait_set.clear_entities()
+        self._wait_set.add_subscription(self._handle)
+        self._wait_set.wait(max(0, min(nanoseconds, SLICE_NS)))
+
+    def publishers(self) -> int:
+        return self._subscription.get_publisher_count()
+
+
+class RawPublisher:
+    """A publisher of serialised messages."""
+
+    def __init__(self, node, topic: str, type_name: str, qos: Qos):
+        self._publisher = node.create_publisher(message_class(type_name), topic, profile(qos))
+        self.topic = self._publisher.topic_name
+        self.type_name = type_name
+        self.publish = self._publisher.publish
+
+    def subscribers(self) -> int:
+        return self._publisher.get_subscription_count()
+
+
+class OutputPort:
+    """An output of a component: the record that the kernel fills, and its publisher."""
+
+    def __init__(self, node, name: str, signal: Signal, topic: str):
+        self.name, self.signal = name, signal
+        self.payload, self.record = signal.new()
+        self.publisher = RawPublisher(node, topic, signal.type_name, signal.role.qos)
+        stamp = self.record
+        for part in signal.stamp_path.split("."):
+            stamp = stamp[part]
+        self._stamp = stamp
+
+    def stamp(self, sec: int, nanosec: int) -> None:
+        self._stamp["sec"] = sec
+        self._stamp["nanosec"] = nanosec
+
+    def publish(self) -> None:
+        self.publisher.publish(self.payload.tobytes())
+
+
+class InputPort:
+    """An input of a component: the record that the kernel reads, and the messages still to come.
+
+    Stamps are nanoseconds since the epoch of the run; ``stamp_ns`` is that of the message in the record, None before.
+    """
+
+    def __init__(self, node, name: str, signal: Signal, topic: str, epoch_ns: int, group):
+        self.name, self.signal, self.epoch_ns = name, signal, epoch_ns
+        self.payload, self.record = signal.new()
+        self.subscription = RawSubscription(node, topic, signal.type_name, signal.role.qos, group)
+        self.stamp_ns = None
+        self._spare, self._spare_record = signal.new()
+        self._spare_stamp = self._spare_record
+        for part in signal.stamp_path.split("."):
+            self._spare_stamp = self._spare_stamp[part]
+        self._pending_ns = None
+
+    def peek(self) -> int | None:
+        """Stamp of the next message that is not in the record yet, or None. Raises SignalMismatch."""
+        if self._pending_ns is None:
+            message = self.subscription.take()
+            if message is None:
+                return None
+            self.signal.receive(message, self._spare)
+            stamp = self._spare_stamp[0]
+            self._pending_ns = int(stamp["sec"]) * 1_000_000_000 + int(stamp["nanosec"]) - self.epoch_ns
+        return self._pending_ns
+
+    def accept(self) -> None:
+        """Move the next message into the record."""
+        self.payload[:] = self._spare
+        self.stamp_ns, self._pending_ns = self._pending_ns, None
+
+    def discard(self) -> None:
+        """Drop the next message."""
+        self._pending_ns = None
+
+    def clear(self) -> None:
+        """Make the record the signal's zero (the safe value of a stale command)."""
+        self.payload[:] = self.signal.new()[0]
+
+
+def parent_is_gone(parent: int) -> bool:
+    """Whether the process that started this one has ended."""
+    return os.getppid() != parent
+
+
+def _never(_):
+    """A subscription needs a callback; the loop takes the messages itself."""

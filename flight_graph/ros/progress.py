@@ -1,0 +1,57 @@
+"""Flow control: every node tells how far it has come, and the clock master never runs further ahead than a window.
+
+``<node>/progress`` carries rosgraph_msgs/Clock, latched: the stamp up to which the node is done. The epoch itself means
+"ready": all endpoints are matched.
+"""
+
+import struct
+
+from flight_graph.ros.ports import RawPublisher, RawSubscription
+from flight_graph.timebase import SECOND, stamp_parts
+from msg_schemas.qos import Qos
+from msg_schemas.signal import ENCAPSULATION
+
+_TYPE = "rosgraph_msgs/msg/Clock"
+_QOS = Qos(depth=10, transient_local=True)
+
+
+class Progress:
+    """Publishes how far this node has come."""
+
+    def __init__(self, node, settings):
+        self._watched = settings.supervised and not settings.clock_master
+        self._epoch_ns, self._every_ns, self._told_ns = settings.epoch_ns, settings.window_ns // 4, -1
+        self._publisher = RawPublisher(node, f"{node.get_name()}/progress", _TYPE, _QOS) if self._watched else None
+
+    def unmatched(self) -> str | None:
+        if self._watched and self._publisher.subscribers() < 1:
+            return "the clock master: it has not appeared"
+        return None
+
+    def tell(self, t_ns: int, last: bool = False) -> None:
+        """Say that everything stamped before t is done (sent now and then, and always when ``last``)."""
+        if self._watched and (last or self._told_ns < 0 or t_ns - self._told_ns >= self._every_ns):
+            self._told_ns = t_ns
+            sec, nanosec = stamp_parts(self._epoch_ns + t_ns)
+            self._publisher.publish(ENCAPSULATION + struct.pack("<iI", sec, nanosec))
+
+
+class Watch:
+    """Reads how far another node has come; ``t_ns`` is -1 before it is ready."""
+
+    def __init__(self, node, other: str, group):
+        self.t_ns, self._epoch_ns = -1, node.settings.epoch_ns
+        self._subscription = RawSubscription(node, f"{other}/progress", _TYPE, _QOS, group)
+
+    def is_matched(self) -> bool:
+        return self._subscription.publishers() > 0
+
+    def read(self) -> int:
+        """Take what has arrived; return the newest t [ns]."""
+        while (message := self._subscription.take()) is not None:
+            sec, nanosec = struct.unpack_from("<iI", message, 4)
+            self.t_ns = sec * SECOND + nanosec - self._epoch_ns
+        return self.t_ns
+
+    def wait(self, nanoseconds: int) -> None:
+        self._subscription.wait(nanoseconds)

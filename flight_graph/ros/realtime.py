@@ -1,0 +1,180 @@
+"""Realtime: the clock master steps on the wall clock, holds a command that is late, counts what was missed.
+
+Every other node fires when the newest message of its fastest input belongs to one of its firings, and waits for its other
+inputs for at most one period. Without the settings of a graph (a node started by hand) this is how a node runs alone.
+"""
+
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from flight_graph.ros import lockstep
+from flight_graph.ros.clock import ClockInput
+from flight_graph.timebase import SECOND
+from msg_schemas.signal import SignalMismatch
+
+
+@dataclass
+class Statistics:
+    """What a realtime loop counts. latencies_us: publish to last command of a tick, of the newest 100 000 ticks."""
+
+    ticks: int = 0
+    late_inputs: int = 0
+    deadline_misses: int = 0
+    stale_commands: int = 0
+    refused_messages: int = 0
+    latencies_us: list = field(default_factory=list)
+
+    def summary(self) -> dict:
+        counts = {key: value for key, value in vars(self).items() if key != "latencies_us"}
+        if self.latencies_us:
+            for percent in (50, 90, 99, 100):
+                counts[f"latency_us_p{percent}"] = float(np.percentile(self.latencies_us[-100_000:], percent))
+        return counts
+
+
+def run(node) -> None:
+    """Run a node on the wall clock until its end. Raises Stopped, FlightError."""
+    node.statistics = Statistics()
+    if node.settings.supervised or not node.settings.clock_master:
+        node.match()
+    node.progress.tell(0)
+    node.call("start", 0)
+    if node.settings.clock_master:
+        lockstep._wait_for_nodes(node, 0)
+        _run_master(node)
+    elif node.inputs:
+        _run_follower(node)
+    else:
+        _run_source(node)
+    node.announce({"statistics": node.statistics.summary()})
+
+
+def _run_master(node):
+    settings, statistics = node.settings, node.statistics
+    wall_period = round(settings.period_ns / settings.factor)  # [ns]
+    began = time.monotonic_ns()
+    t_ns = tick = 0
+    while not settings.duration_ns or t_ns < settings.duration_ns:
+        node.check_alive()
+        node.parameters.refresh()
+        node.publish_clock(t_ns)
+        node.stamp_outputs(t_ns)
+        part = "output" if node.component.kernel is None else "kernel"
+        node.call(part, t_ns)
+        node.publish_outputs(t_ns)
+        published = time.monotonic_ns()
+        deadline = began + (tick + 1) * wall_period
+        _gather(node, t_ns, deadline)
+        statistics.latencies_us.append((time.monotonic_ns() - published) / 1e3)
+        node.call("update", t_ns)
+        now = time.monotonic_ns()
+        statistics.ticks += 1
+        if now > deadline + wall_period:
+            statistics.deadline_misses += 1
+        elif deadline > now:
+            time.sleep((deadline - now) / 1e9)
+        t_ns += settings.period_ns
+        tick += 1
+        if t_ns % SECOND < settings.period_ns:
+            node.announce({"progress": t_ns / SECOND})
+
+
+def _gather(node, t_ns, deadline):
+    """Take the commands of t until the deadline; hold the last ones where they are late; zero them when stale."""
+    for name, port in node.inputs.items():
+        expected = node.settings.sources[name].expected_ns(t_ns)
+        wanted = t_ns if expected is None else expected
+        while port.stamp_ns is None or port.stamp_ns < wanted:
+            if not _take(node, port, t_ns):
+                left = deadline - time.monotonic_ns()
+                if left <= 0 or (expected is None and port.stamp_ns is None):
+                    break
+                port.subscription.wait(left)
+                node.check_alive()
+        if expected is not None and port.stamp_ns != expected:
+            node.statistics.late_inputs += 1
+        if port.stamp_ns is not None and t_ns - port.stamp_ns > node.settings.stale_after_s * SECOND:
+            node.statistics.stale_commands += 1
+            port.clear()
+
+
+def _take(node, port, t_ns) -> bool:
+    """Move the next message stamped <= t into the record; False when there is none. Refused messages are counted."""
+    try:
+        found = port.peek()
+    except SignalMismatch as error:
+        node.statistics.refused_messages += 1
+        node.get_logger().error(str(error), throttle_duration_sec=5.0)
+        return True
+    if found is None or found > t_ns:
+        return False
+    port.accept()
+    return True
+
+
+def _run_follower(node):
+    settings = node.settings
+    trigger = _trigger(node)
+    end_ns = settings.duration_ns
+    while True:
+        node.check_alive()
+        node.parameters.refresh()
+        try:
+            t_ns = trigger.peek()
+        except SignalMismatch as error:
+            node.statistics.refused_messages += 1
+            node.get_logger().error(str(error), throttle_duration_sec=5.0)
+            continue
+        if t_ns is None:
+            trigger.subscription.wait(SECOND)
+            continue
+        trigger.accept()
+        if t_ns % settings.period_ns:
+            continue
+        deadline = time.monotonic_ns() + round(settings.period_ns / settings.factor)
+        for name, port in node.inputs.items():
+            if port is not trigger:
+                _follow(node, name, port, t_ns, deadline)
+        node.stamp_outputs(t_ns)
+        node.call("kernel" if node.component.kernel is not None else "output", t_ns)
+        node.publish_outputs(t_ns)
+        node.call("update", t_ns)
+        node.statistics.ticks += 1
+        node.progress.tell(t_ns)
+        if end_ns and t_ns + settings.period_ns >= end_ns:
+            return
+
+
+def _follow(node, name, port, t_ns, deadline):
+    expected = node.settings.sources[name].expected_ns(t_ns)
+    while expected is not None and (port.stamp_ns is None or port.stamp_ns < expected):
+        if not _take(node, port, t_ns):
+            left = deadline - time.monotonic_ns()
+            if left <= 0:
+                node.statistics.late_inputs += 1
+                return
+            port.subscription.wait(left)
+            node.check_alive()
+    if expected is None:
+        while _take(node, port, t_ns):
+            pass
+
+
+def _trigger(node):
+    """The input that sets the firing: the fastest one of known rate without delay, else the first."""
+    known = [(source.period_ns, name) for name, source in node.settings.sources.items()
+             if source.period_ns and not source.delay]
+    return node.inputs[min(known)[1]] if known else next(iter(node.inputs.values()))
+
+
+def _run_source(node):
+    clock = ClockInput(node)
+    t_ns = 0
+    while not node.settings.duration_ns or t_ns < node.settings.duration_ns:
+        node.check_alive()
+        node.parameters.refresh()
+        clock.wait_until(t_ns, node)
+        lockstep.fire(node, node.component, t_ns)
+        t_ns += node.settings.period_ns

@@ -1,0 +1,94 @@
+"""What a node knows of its graph, as ROS parameters under ``graph.``: rates, sources, pace, whom to wait for.
+
+Without them (a node started by hand) a component runs alone, in realtime, at its default rates and topics.
+"""
+
+import os
+from dataclasses import dataclass, field
+
+from rcl_interfaces.msg import ParameterDescriptor
+
+from flight_graph.errors import FlightError
+from flight_graph.timebase import J2000, SECOND, duration_ns, period_ns
+
+
+@dataclass
+class Source:
+    """Where an input comes from: topic, period of its messages (0: unknown), delay in firings (0 or 1)."""
+
+    topic: str
+    period_ns: int = 0
+    delay: int = 0
+
+    def expected_ns(self, t_ns: int) -> int | None:
+        """Stamp of the message that belongs to a firing at t: None when there is none yet, or no rate is known."""
+        if not self.period_ns:
+            return None
+        latest = (t_ns - (1 if self.delay else 0)) // self.period_ns * self.period_ns
+        return latest if latest >= 0 else None
+
+
+@dataclass
+class Settings:
+    """The settings of one node."""
+
+    period_ns: int
+    lockstep: bool
+    factor: float  # simulated seconds per wall second in realtime
+    epoch_ns: int
+    duration_ns: int  # 0: until told to stop
+    clock_master: bool
+    wait_for: list[str]  # nodes whose progress the clock master watches
+    window_ns: int  # how far the clock master may run ahead of them
+    timeout_s: float
+    stale_after_s: float  # realtime: a command older than this becomes zero
+    supervised: bool
+    sources: dict[str, Source] = field(default_factory=dict)
+    subscribers: dict[str, int] = field(default_factory=dict)
+
+    def output_period_ns(self, component, port: str) -> int:
+        slower = component.output_rate_hz.get(port)
+        return self.period_ns if slower is None else max(self.period_ns, period_ns(slower, port))
+
+
+def declare(node, component) -> Settings:
+    """Declare and read the settings of a node. Raises FlightError."""
+    def get(name, default, doc):
+        full = f"graph.{name}" if name != "rate_hz" else name
+        description = ParameterDescriptor(description=doc, read_only=True, dynamic_typing=True)
+        return node.declare_parameter(full, default, description).value
+
+    name = node.get_name()
+    pace = get("pace", "realtime", "lockstep: as fast as the graph answers; realtime: on the wall clock")
+    if pace not in ("lockstep", "realtime"):
+        raise FlightError(f"{name}.graph.pace: {pace!r} is not allowed; allowed: lockstep or realtime")
+    rate = get("rate_hz", float(component.rate_hz), "firing rate [Hz]")
+    duration = get("duration_s", 0.0, "length of the run [s]; 0: until told to stop")
+    alone = bool(component.update)
+    settings = Settings(
+        period_ns=period_ns(rate, f"{name}.rate_hz"),
+        lockstep=pace == "lockstep",
+        factor=float(get("factor", 1.0, "simulated seconds per wall second in realtime")),
+        epoch_ns=int(get("epoch_ns", J2000, "stamp of simulation time zero [ns]")),
+        duration_ns=duration_ns(duration, f"{name}.graph.duration_s") if duration else 0,
+        clock_master=bool(get("clock_master", alone, "whether this node sets the time")),
+        wait_for=list(get("wait_for", [""], "nodes that the clock master waits for")),
+        window_ns=int(get("window_ns", SECOND, "how far the clock master may run ahead [ns]")),
+        timeout_s=float(get("timeout_s", 10.0, "longest wait for an input or a node [s of wall time]")),
+        stale_after_s=float(get("stale_after_s", 0.5, "realtime: age at which a command becomes zero [s]")),
+        supervised=bool(get("supervised", False, "end when the starting process ends")),
+    )
+    settings.wait_for = [other for other in settings.wait_for if other]
+    if settings.factor <= 0:
+        raise FlightError(f"{name}.graph.factor: {settings.factor} is not allowed; allowed: greater than 0")
+    for port, signal in component.inputs.items():
+        settings.sources[port] = Source(
+            get(f"inputs.{port}.topic", signal.topic, "topic of this input"),
+            int(get(f"inputs.{port}.period_ns", 0, "period of its messages [ns]; 0: take the newest")),
+            int(get(f"inputs.{port}.delay", 0, "0: the message of this stamp; 1: the one before")))
+    for port in component.outputs:
+        settings.subscribers[port] = int(get(f"outputs.{port}.subscribers", 0, "readers to wait for at the start"))
+    return settings
+
+
+PARENT = os.getppid()

@@ -1,0 +1,3 @@
+"""Executables of this package: name -> module:attribute."""
+
+EXECUTABLES = {}
