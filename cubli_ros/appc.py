@@ -129,16 +129,28 @@ def implicit_attitude_loop(
 
 
 @kernel
-def implicit_rate_loop(omega, virtual_rate, bound, gain, switching_gain, adaptive, period, error, epsilon, acceleration):
+def implicit_rate_loop(omega, virtual_rate, bound, gain, switching_gain, adaptive, period, epsilon, acceleration):
     """Sampled form of eq. (16): acceleration demand [rad/s^2] that puts omega(t + h) where the law wants it.
 
-    omega: measured at t; virtual_rate, bound: at t + h. Out: error omega - virtual_rate [rad/s], epsilon, acceleration.
+    omega: measured at t; virtual_rate, bound: at t + h. Out: epsilon, acceleration.
     """
     for i in range(3):
-        error[i] = omega[i] - virtual_rate[i]
         switching = switching_gain[i] * adaptive[i]
-        epsilon[i], feedback = implicit_feedback(error[i] / bound[i], bound[i], gain[i], switching, period)
+        b = (omega[i] - virtual_rate[i]) / bound[i]
+        epsilon[i], feedback = implicit_feedback(b, bound[i], gain[i], switching, period)
         acceleration[i] = -feedback
+
+
+@kernel
+def normalise(value, target, bound, error, xi):
+    """error = value - target and xi = error / bound, per axis.
+
+    For the implicit form: e_u(t) is measured against the virtual rate chosen for t one sample earlier. Call it before the loops
+    overwrite that rate; before the first sample `attitude_loop` gives the rate to start from.
+    """
+    for i in range(3):
+        error[i] = value[i] - target[i]
+        xi[i] = error[i] / bound[i]
 
 
 @kernel

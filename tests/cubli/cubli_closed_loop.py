@@ -238,16 +238,16 @@ def sampled(
         appc.attitude_bounds(t, start_bound, start_time, gains[1], gains[2], a[1])
         appc.rate_bounds(t, gains[6], gains[7], gains[8], a[6])
         if form == IMPLICIT:
+            if step == 0:
+                explicit(y[:3], y[3:6], t, gains, v_a, v_u, phi, cap_a, cap_u, a)
+            appc.normalise(y, a[10], a[1], a[0], a[2])
+            appc.normalise(y[3:6], a[4], a[6], a[5], a[7])
             appc.attitude_bounds(t + h, start_bound, start_time, gains[1], gains[2], next_a)
             appc.rate_bounds(t + h, gains[6], gains[7], gains[8], next_u)
             appc.implicit_attitude_loop(
                 y, y[3:6], a[10], a[11], next_a, gains[3], gains[4], v_a, h, predicted, a[3], a[4]
             )
-            appc.implicit_rate_loop(y[3:6], a[4], next_u, gains[9], gains[10], v_u, h, a[5], a[8], a[9])
-            for i in range(3):
-                a[0, i] = y[i]
-                a[2, i] = a[0, i] / a[1, i]
-                a[7, i] = a[5, i] / a[6, i]
+            appc.implicit_rate_loop(y[3:6], a[4], next_u, gains[9], gains[10], v_u, h, a[8], a[9])
         else:
             if form == MATCHED:
                 for i in range(3):
