@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from flight_graph.errors import FlightError
 from flight_graph.kernel import kernel
 
 SERIES_TOLERANCE = 1.5e-3  # [-] the error of Carlson's truncated series is of the order of its sixth power
@@ -106,11 +107,11 @@ def ellipsoid_site(semi_axes, latitude, longitude, height) -> tuple[np.ndarray, 
     """
     axes = np.array(semi_axes, dtype=float)
     if axes.shape != (3,) or not np.all(np.isfinite(axes)) or not np.all(axes > 0.0):
-        raise ValueError(f"semi_axes must be three positive lengths [m], got {semi_axes!r}")
+        raise FlightError(f"semi_axes must be three positive lengths [m], got {semi_axes!r}")
     if not math.isfinite(height) or height < 0.0:
-        raise ValueError(f"the landing site lies inside the body: height is {height} m; it must be >= 0 m")
+        raise FlightError(f"the landing site lies inside the body: height is {height} m; it must be >= 0 m")
     if not math.isfinite(longitude) or not abs(latitude) < 0.5 * math.pi:
-        raise ValueError(
+        raise FlightError(
             f"latitude must lie between -pi/2 and pi/2 rad (no east at a pole) and longitude be finite, "
             f"got {latitude} and {longitude} rad"
         )
@@ -129,7 +130,7 @@ def site_frame(position, normal) -> tuple[np.ndarray, np.ndarray]:
     up = _unit(np.asarray(normal, dtype=float))
     east = np.array([-up[1], up[0], 0.0])
     if not np.any(east):
-        raise ValueError("the landing site's normal is along the spin axis: east is not defined there")
+        raise FlightError("the landing site's normal is along the spin axis: east is not defined there")
     east = _unit(east)
     return np.array(position, dtype=float), np.column_stack([east, np.cross(up, east), up])
 
@@ -138,7 +139,7 @@ def require_outside(semi_axes, position) -> None:
     """Refuse a point (3,) [m] in A that lies inside the ellipsoid."""
     scaled = float(sum((np.asarray(position, dtype=float) / np.asarray(semi_axes, dtype=float)) ** 2))
     if not scaled >= 1.0:
-        raise ValueError(
+        raise FlightError(
             f"the landing site {tuple(float(x) for x in position)} m lies inside the body: "
             f"sum (x_i/a_i)^2 is {scaled:.6f}, it must be >= 1"
         )

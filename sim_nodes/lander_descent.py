@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from flight_graph.errors import FlightError
 from flight_graph.kernel import kernel
 from sim_nodes.lander_dynamics import (
     STATES,
@@ -55,6 +56,11 @@ class Descent(NamedTuple):
     torque_peak: float  # [N m], largest component
     speed_max: float  # [m/s]
     saturated: float  # [s] with at least one axis clipped
+
+
+@kernel
+def _length(vector):
+    return math.sqrt(vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2])
 
 
 @kernel
@@ -116,13 +122,13 @@ def descend(
     end = steps
     for step in range(steps + 1):
         d, angle = watched(watch, state, matrix)
-        distance = math.sqrt(state[0] * state[0] + state[1] * state[1] + state[2] * state[2])
+        distance = _length(state[0:3])
         if distance > watch.clearance_range and d < d_min:
             d_min, d_min_time = d, step * dt
         d_min_all = min(d_min_all, d)
         if distance > watch.view_range:
             view_max = max(view_max, angle)
-        speed_max = max(speed_max, math.sqrt(state[3] * state[3] + state[4] * state[4] + state[5] * state[5]))
+        speed_max = max(speed_max, _length(state[3:6]))
         if hold_steps == 0 or step % hold_steps == 0:
             clipped = command(law, law_p, gravity, field, p, state, gravity_scale, matrix, vectors, gradient)
         if step % every == 0 and step // every < rows:
@@ -143,8 +149,6 @@ def descend(
             view_bad += 1
         if clipped > 0:
             saturated += 1
-        delta_v += dt / state[13] * math.sqrt(force[0] * force[0] + force[1] * force[1] + force[2] * force[2])
-        torque_impulse += dt * math.sqrt(torque[0] * torque[0] + torque[1] * torque[1] + torque[2] * torque[2])
         for i in range(3):
             force_peak = max(force_peak, abs(force[i]))
             torque_peak = max(torque_peak, abs(torque[i]))
@@ -154,6 +158,9 @@ def descend(
         for k in range(4):
             if hold_steps == 0 and k > 0:
                 command(law, law_p, gravity, field, p, work[2], gravity_scale, matrix, vectors, gradient)
+            share = dt / 6.0 if k == 0 or k == 3 else dt / 3.0
+            delta_v += share / state[13] * _length(force)
+            torque_impulse += share * _length(torque)
             state_rate(gravity, field, p, work[2], force, torque, 0.0, matrix, work[0])
             advance(state, work[0], k, dt, work[1], work[2])
         normalise_attitude(state)
@@ -197,7 +204,7 @@ def fly(
     hold_steps = round(control_period / dt)
     every = max(1, round(record_period / dt))
     if not math.isclose(hold_steps * dt, control_period, rel_tol=1e-9, abs_tol=1e-12):
-        raise ValueError(f"control_period {control_period} s must be a multiple of the step dt = {dt} s")
+        raise FlightError(f"control_period {control_period} s must be a multiple of the step dt = {dt} s")
     steps = round(duration / dt)
     history = np.full((steps // every + 1, 20), math.nan)
     end = np.array(state, dtype=float)

@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from flight_graph.errors import FlightError
 from flight_graph.kernel import kernel
 
 STATES = 14  # length of the state
@@ -191,9 +192,9 @@ def lander_plant(inertia, site_rotation, site_position, spin, gravity_gradient_m
     inertia = np.array(inertia, dtype=float)
     rotation = np.array(site_rotation, dtype=float)
     if inertia.shape != (3, 3) or not np.allclose(inertia, inertia.T) or not np.linalg.eigvalsh(inertia)[0] > 0.0:
-        raise ValueError(f"inertia must be a symmetric, positive definite 3x3 matrix [kg m^2], got {inertia.tolist()}")
+        raise FlightError(f"inertia must be a symmetric, positive definite 3x3 matrix [kg m^2], got {inertia.tolist()}")
     if rotation.shape != (3, 3) or not np.allclose(rotation.T @ rotation, np.eye(3), atol=1e-9):
-        raise ValueError(f"site_rotation must be a rotation matrix (D -> A), got {rotation.tolist()}")
+        raise FlightError(f"site_rotation must be a rotation matrix (D -> A), got {rotation.tolist()}")
     return LanderPlant(
         inertia=inertia,
         site_rotation=rotation,
@@ -211,7 +212,7 @@ def approach_attitude(position, yaw, view_error, view_direction) -> np.ndarray:
     r = np.asarray(position, dtype=float)
     distance = math.sqrt(float(sum(r * r)))
     if not distance > 0.0 or r[2] <= -distance:
-        raise ValueError(f"no least rotation takes z_D to the position {r.tolist()} m")
+        raise FlightError(f"no least rotation takes z_D to the position {r.tolist()} m")
     up = r / distance
     first = np.array([-up[1], up[0], 0.0, 1.0 + up[2]])
     first /= math.sqrt(float(sum(first * first)))
