@@ -1,0 +1,45 @@
+"""Parameter update by Lyapunov's method: pi_dot = K_pi^-1 Y^T sigma, no torque measurement needed.
+
+Source: Aerospace 2023, 10(10), 679, equations (43)-(45), with Y(theta, v, v_r, v_r_dot) of the control law in place of
+the actual accelerations. With the seven moment and torque rows a term of the base's force rows is left in the proof;
+with all ten rows, sigma extended in front by the integral of a_r - a (Walker and Wee), the proof is exact.
+"""
+
+import math
+
+import numpy as np
+
+from flight_graph.errors import FlightError
+from flight_graph.kernel import kernel
+
+
+def adaptation_gain(prior, choice: str = "uniform", scale: float | None = None) -> np.ndarray:
+    """Diagonal of Gamma = K_pi^-1: "uniform" scale (0.3) for all, "prior_squared" scale (5) * prior^2."""
+    prior = np.asarray(prior, float)
+    if choice == "uniform":
+        return np.full(prior.shape, 0.3 if scale is None else float(scale))
+    if choice == "prior_squared":
+        return (5.0 if scale is None else scale) * prior * prior
+    raise FlightError(f"adaptation gain '{choice}' is unknown; allowed: uniform, prior_squared")
+
+
+@kernel
+def lyapunov_update(y, first_row, sigma, gain, period, pi):
+    """pi += period * gain * Y^T sigma, equation (45). Returns False, pi untouched, if sigma or Y is not finite.
+
+    ``y`` (rows, p) at the reference motion; row ``first_row`` + r meets ``sigma``[r] (rows - first_row,) [m/s, rad/s];
+    ``gain`` (p,) diagonal of Gamma; ``period`` [s]; ``pi`` (p,) in place.
+    """
+    rows = sigma.shape[0]
+    total = 0.0
+    for r in range(rows):
+        total += abs(sigma[r])
+        for j in range(pi.shape[0]):
+            total += abs(y[first_row + r, j])
+    if not math.isfinite(total):
+        return False
+    for r in range(rows):
+        weight = period * sigma[r]
+        for j in range(pi.shape[0]):
+            pi[j] += gain[j] * (weight * y[first_row + r, j])
+    return True
