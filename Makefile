@@ -3,14 +3,14 @@ BIN := $(VENV)/bin
 LOCK := build/lock
 UV_VERSION := 0.13.9
 
-# One stamp for the locked packages, one for this project. The first depends on which ROS 2 is sourced, if any.
-PACKAGES := $(VENV)/.packages$(addprefix -ros-,$(or $(ROS),$(ROS_DISTRO)))$(addprefix -python-,$(subst /,_,$(PYTHON)))
+# One stamp for the locked packages, which depend on the ROS 2 that is sourced, if any, and one for this project.
+PACKAGES := $(VENV)/.packages$(addprefix -,$(or $(ROS),$(ROS_DISTRO)))
 PROJECT := $(VENV)/.project
 INSTALLED := setup.py package.xml pyproject.toml $(wildcard */nodes.py launch/*/* config/*/* papers/*/__init__.py)
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo test bench lock clean
+.PHONY: help setup demo test bench lock clean choose
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-7s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -48,7 +48,7 @@ $(LOCK)/bin/uv pip compile --quiet --no-config --generate-hashes --no-emit-index
 	--python-version $(3) --output-file requirements/$(1).txt $(2)
 endef
 
-$(PACKAGES): requirements/install.sh $(wildcard requirements/*.txt)
+$(PACKAGES): requirements/install.sh $(wildcard requirements/*.txt) $(if $(PYTHON),choose)
 	requirements/install.sh $(PYTHON)
 	@rm -f $(VENV)/.packages* && touch $@
 

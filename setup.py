@@ -48,7 +48,7 @@ def node_table(package: str) -> dict[str, str]:
             except ValueError:
                 break
             for name, target in table.items():
-                if not re.fullmatch(r"[a-z][a-z0-9_]*", name) or not re.fullmatch(r"[\w.]+:\w+", target):
+                if not re.fullmatch(r"[a-z][a-z0-9_]* = [\w.]+:\w+", f"{name} = {target}"):
                     raise SystemExit(f"{path}: {name!r}: {target!r} is not 'executable_name': 'module:Name'")
             return table
     raise SystemExit(f"{path}: no dict literal EXECUTABLES = {{'executable_name': 'module:Name', ...}}")
@@ -60,9 +60,7 @@ def executables(package: str) -> dict[str, str]:
         module, function = COMMAND_LINE.split(":")
         return {"flight": EXECUTABLE.format(module=module, function=function, arguments="")}
     return {
-        name: EXECUTABLE.format(
-            module="flight_graph.ros.entry", function="main", arguments=f'"{package}", "{name}"'
-        )
+        name: EXECUTABLE.format(module="flight_graph.ros.entry", function="main", arguments=f'"{package}", "{name}"')
         for name in node_table(package)
     }
 
