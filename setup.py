@@ -111,7 +111,6 @@ setup(
     maintainer=MANIFEST.findtext("maintainer"),
     maintainer_email=MANIFEST.find("maintainer").get("email"),
     license=MANIFEST.findtext("license"),
-    license_files=["LICENSE"],
     python_requires=">=3.11,<3.13",
     packages=find_packages(include=[pattern for name in PYTHON_PACKAGES for pattern in (name, f"{name}.*")]),
     package_data={"": [pattern for suffix in DATA_SUFFIXES for pattern in (f"*.{suffix}", f"**/*.{suffix}")]},
