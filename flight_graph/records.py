@@ -94,6 +94,13 @@ class Entry:
         return record_value.tolist() if self.shape else {"float": float, "int": int, "bool": bool}[self.kind](record_value)
 
 
+def flat(value):
+    """A matrix row by row, the form of ROS parameters; anything else as it is."""
+    if isinstance(value, list) and value and isinstance(value[0], list):
+        return [number for row in value for number in flat(row)]
+    return value
+
+
 def _number(value):
     """NumPy scalars and arrays as plain numbers and lists."""
     return value.tolist() if hasattr(value, "tolist") else list(value) if isinstance(value, tuple) else value

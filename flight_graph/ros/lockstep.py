@@ -16,14 +16,15 @@ def run(node) -> None:
     node.match()
     node.progress.tell(0)
     if settings.clock_master:
-        _wait_for_nodes(node, 0)
+        wait_for_nodes(node, 0)
     node.call("start", 0)
+    began = time.perf_counter()
     t_ns, end_ns = 0, settings.duration_ns
     while not end_ns or t_ns < end_ns:
         node.check_alive()
         node.parameters.refresh()
         if settings.clock_master and t_ns % (settings.window_ns // 8 or 1) < settings.period_ns:
-            _wait_for_nodes(node, t_ns - settings.window_ns)
+            wait_for_nodes(node, t_ns - settings.window_ns)
         if clock:
             clock.wait_until(t_ns, node)
         fire(node, component, t_ns)
@@ -33,7 +34,8 @@ def run(node) -> None:
             node.announce({"progress": t_ns / SECOND})
     node.progress.tell(end_ns, last=True)
     if settings.clock_master:
-        _wait_for_nodes(node, end_ns)
+        wait_for_nodes(node, end_ns)
+    node.wall_s = time.perf_counter() - began
 
 
 def fire(node, component, t_ns: int) -> None:
@@ -85,7 +87,7 @@ def _advance(node, name, port, expected, deadline):
                           f"{port.subscription.topic} is lost; the next one is stamped {found / SECOND:.9f} s")
 
 
-def _wait_for_nodes(node, t_ns: int) -> None:
+def wait_for_nodes(node, t_ns: int) -> None:
     """Wait until every watched node has come to t. Raises FlightError naming the one that has not."""
     for name, watch in node.watches.items():
         deadline = time.monotonic_ns() + int(node.settings.timeout_s * SECOND)

@@ -1,5 +1,6 @@
 """One component as a ROS 2 lifecycle node: ports, parameters, start-up, and the two paces of its loop."""
 
+import importlib.util
 import threading
 import time
 
@@ -11,11 +12,11 @@ from flight_graph import source
 from flight_graph.compiled import fault_sentence, nonfinite_sentence
 from flight_graph.errors import FlightError
 from flight_graph.ros.parameters import ComponentParameters
-from flight_graph.ros.ports import InputPort, LoopOnly, OutputPort, RawPublisher, parent_is_gone
+from flight_graph.ros.ports import InputPort, LoopOnly, OutputPort, RawPublisher
 from flight_graph.ros.progress import Progress, Watch
-from flight_graph.ros.settings import PARENT, declare
+from flight_graph.ros.settings import declare
+from flight_graph.recording import formatted_payload
 from flight_graph.timebase import SECOND, stamp_parts
-from msg_schemas.definitions import TYPESTORE
 from msg_schemas.qos import Qos
 from msg_schemas.signal import ENCAPSULATION
 
@@ -24,7 +25,7 @@ CLOCK_PERIOD_NS = 1_000_000  # [ns] /clock is published at most at 1 kHz
 
 
 class Stopped(Exception):
-    """The node was asked to end (SIGINT, SIGTERM, shutdown transition, or its starter is gone)."""
+    """The node was asked to end (SIGINT, SIGTERM or the shutdown transition)."""
 
 
 class ComponentNode(LifecycleNode):
@@ -92,8 +93,6 @@ class ComponentNode(LifecycleNode):
         while True:
             if self.stopping.is_set() or not rclpy.ok():
                 raise Stopped
-            if self.settings.supervised and parent_is_gone(PARENT):
-                raise Stopped
             if self.active.wait(0.05):
                 return
 
@@ -144,7 +143,7 @@ class ComponentNode(LifecycleNode):
                 port.publish()
                 for made, publisher in self.formatted:
                     if made.port == name:
-                        publisher.publish(formatted_payload(made, port.record))
+                        publisher.publish(formatted_payload(made, port.record[0]))
 
     def publish_clock(self, t_ns: int) -> None:
         if self.clock and t_ns % CLOCK_PERIOD_NS == 0:
@@ -200,11 +199,5 @@ def clock_payload(sec: int, nanosec: int) -> bytes:
     return ENCAPSULATION + sec.to_bytes(4, "little", signed=True) + nanosec.to_bytes(4, "little")
 
 
-def formatted_payload(made, record) -> bytes:
-    """The serialised form of a formatted message, the same in every executor."""
-    return bytes(TYPESTORE.serialize_cdr(made.function(record[0]), made.type_name))
-
-
 def _importable(type_name):
-    import importlib.util
     return importlib.util.find_spec(type_name.split("/")[0]) is not None

@@ -3,7 +3,7 @@
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 
 from flight_graph.errors import FlightError
-from flight_graph.records import Entry
+from flight_graph.records import Entry, flat
 
 
 def descriptor(entry: Entry) -> ParameterDescriptor:
@@ -32,9 +32,7 @@ class ComponentParameters:
         self._values, self._changed = {}, False
         for name, entry in component.parameters.entries.items():
             default = component.parameters.defaults()[name]
-            flat = _flat(default)
-            given = node.declare_parameter(name, flat, descriptor(entry)).value
-            self._values[name] = default if given == flat else given
+            self._values[name] = node.declare_parameter(name, flat(default), descriptor(entry)).value
         self._values = component.parameters.validate(self._values, node.get_name())
         component.check(self._values, node.get_name())
         self.record = component.parameters.record(self._values, node.get_name())
@@ -60,10 +58,3 @@ class ComponentParameters:
             return SetParametersResult(successful=False, reason=str(error))
         self._values, self._changed = values, True
         return SetParametersResult(successful=True)
-
-
-def _flat(value):
-    """ROS has no nested arrays: matrices travel row by row."""
-    if isinstance(value, list) and value and isinstance(value[0], list):
-        return [number for row in value for number in _flat(row)]
-    return value

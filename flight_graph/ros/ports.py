@@ -1,7 +1,6 @@
 """Raw topic ends: bytes out of a record, bytes into a record, without message objects and without an executor."""
 
 import importlib
-import os
 
 from rclpy.callback_groups import CallbackGroup
 from rclpy.impl.implementation_singleton import rclpy_implementation
@@ -59,9 +58,9 @@ class RawSubscription:
 
     def wait(self, nanoseconds: int) -> None:
         """Wait until a message is there, for at most ``nanoseconds`` (and never longer than a slice)."""
-        self._wait_set.clear_entities()
         self._wait_set.add_subscription(self._handle)
         self._wait_set.wait(max(0, min(nanoseconds, SLICE_NS)))
+        self._wait_set.clear_entities()  # a wait set that still holds a subscription keeps its node alive
 
     def publishers(self) -> int:
         return self._subscription.get_publisher_count()
@@ -140,11 +139,6 @@ class InputPort:
     def clear(self) -> None:
         """Make the record the signal's zero (the safe value of a stale command)."""
         self.payload[:] = self.signal.new()[0]
-
-
-def parent_is_gone(parent: int) -> bool:
-    """Whether the process that started this one has ended."""
-    return os.getppid() != parent
 
 
 def _never(_):

@@ -41,13 +41,15 @@ def run(node) -> None:
         node.match()
     node.progress.tell(0)
     node.call("start", 0)
+    began = time.monotonic()
     if node.settings.clock_master:
-        lockstep._wait_for_nodes(node, 0)
+        lockstep.wait_for_nodes(node, 0)
         _run_master(node)
     elif node.inputs:
         _run_follower(node)
     else:
         _run_source(node)
+    node.wall_s = time.monotonic() - began
     node.announce({"statistics": node.statistics.summary()})
 
 

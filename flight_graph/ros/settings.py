@@ -3,7 +3,6 @@
 Without them (a node started by hand) a component runs alone, in realtime, at its default rates and topics.
 """
 
-import os
 from dataclasses import dataclass, field
 
 from rcl_interfaces.msg import ParameterDescriptor
@@ -90,5 +89,3 @@ def declare(node, component) -> Settings:
         settings.subscribers[port] = int(get(f"outputs.{port}.subscribers", 0, "readers to wait for at the start"))
     return settings
 
-
-PARENT = os.getppid()

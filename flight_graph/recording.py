@@ -1,0 +1,153 @@
+"""What a run's bag holds, the same for every engine: topics in the order of the schedule, attachments, metadata."""
+
+import json
+import platform
+import subprocess
+import sys
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+
+import numpy as np
+
+from flight_graph.bag.writer import BagWriter
+from flight_graph.compiled import Recording
+from flight_graph.component import Formatted
+from flight_graph.scenario import Scenario
+from msg_schemas.definitions import TYPESTORE
+from msg_schemas.qos import Role
+from msg_schemas.signal import Signal
+
+SCENARIO = "scenario.json"  # name of the attachment a bag can be run again from
+
+
+@dataclass(frozen=True)
+class RecordedTopic:
+    """One topic of a run's bag. formatted: None for a signal's own messages; period_ns: time between recorded ones."""
+
+    topic: str
+    type_name: str
+    role: Role
+    node: str
+    port: str
+    signal: Signal
+    source_period_ns: int
+    period_ns: int
+    formatted: Formatted | None = None
+
+
+def recorded_topics(scenario: Scenario) -> list[RecordedTopic]:
+    """The topics of a scenario's bag, in the order in which messages of one stamp are written."""
+    topics = []
+    for (name, port), every in scenario.recorded().items():
+        node, signal = scenario.graph.nodes[name], scenario.graph.signal(name, port)
+        period = node.output_period_ns(port)
+        topics.append(RecordedTopic(
+            signal.topic, signal.type_name, signal.role, name, port, signal, period, period * every))
+        for made in node.component.formatted:
+            if made.port == port:
+                topics.append(RecordedTopic(
+                    made.topic, made.type_name, made.role, name, port, signal, period, period * every, made))
+    return topics
+
+
+def formatted_payload(made: Formatted, record) -> bytes:
+    """The serialised form of a formatted message, the same in every executor."""
+    return bytes(TYPESTORE.serialize_cdr(made.function(record), made.type_name))
+
+
+def versions() -> dict[str, str]:
+    """Versions of everything that can change a bit of a run."""
+    packages = {name: _version(name) for name in ("flight_graph", "numpy", "numba", "llvmlite", "scipy")}
+    return {"python": platform.python_version(), **packages, "commit": _commit(), "machine": platform.machine(),
+            "cpu": _cpu(), "libc": " ".join(platform.libc_ver()), "platform": sys.platform}
+
+
+class RunBag:
+    """The bag of one run, open for writing."""
+
+    def __init__(self, folder, scenario: Scenario, engine: str, pace: str, overwrite: bool = False):
+        self.topics = recorded_topics(scenario)
+        self.writer = BagWriter(folder, overwrite=overwrite)
+        self._handles, self._scenario = {}, scenario
+        for topic in self.topics:
+            name = "/" + topic.topic
+            if name not in self._handles:
+                self._handles[name] = self.writer.add_topic(name, topic.type_name, topic.role.qos)
+        self.writer.attach(SCENARIO, "application/json", json.dumps(scenario.resolved(), indent=1).encode())
+        for node in scenario.graph.nodes.values():
+            source = node.use.rpartition(":")[0]
+            if source.endswith(".py"):
+                self.writer.attach(f"component/{node.name}.py", "text/x-python", Path(source).read_bytes())
+        self.writer.metadata("flight_graph", {"scenario": scenario.name, "engine": engine, "pace": pace,
+                                              "seed": str(scenario.seed), **versions()})
+
+    def write(self, topic: RecordedTopic, t_ns: int, payload: bytes) -> None:
+        """Append a message; t_ns counts from the epoch of the run."""
+        self.writer.write(self._handles["/" + topic.topic], self._scenario.epoch_ns + t_ns, payload)
+
+    def write_all(self, blocks) -> None:
+        """Append whole topics, merged by stamp: (topic, stamps since the epoch (n,), n payloads) each."""
+        epoch_ns = self._scenario.epoch_ns
+        if all(isinstance(payloads, np.ndarray) or len(set(map(len, payloads))) == 1 for _, _, payloads in blocks):
+            self.writer.write_many([
+                (self._handles["/" + topic.topic], epoch_ns + stamps, _table(payloads))
+                for topic, stamps, payloads in blocks if len(stamps)])
+            return
+        stamps = np.concatenate([stamps for _, stamps, _ in blocks])
+        owners = np.repeat(np.arange(len(blocks)), [len(stamps) for _, stamps, _ in blocks])
+        taken = [0] * len(blocks)
+        for row in np.lexsort((owners, stamps)):
+            topic, _, payloads = blocks[owners[row]]
+            self.write(topic, int(stamps[row]), bytes(payloads[taken[owners[row]]]))
+            taken[owners[row]] += 1
+
+    def close(self, outcome: dict[str, str]) -> None:
+        """Write how the run ended, and close."""
+        self.writer.metadata("flight_graph.outcome", outcome)
+        self.writer.close()
+
+
+def write_recording(recording: Recording, folder, engine: str, overwrite: bool = False) -> None:
+    """Write a finished in-process run as a bag: messages by stamp, then in the order of the schedule."""
+    bag = RunBag(folder, recording.scenario, engine, "none", overwrite)
+    tracks = {(track.node, track.port): track for track in recording.tracks}
+    blocks = []
+    for topic in bag.topics:
+        track = tracks[topic.node, topic.port]
+        payloads = (topic.signal.payloads(track.records) if topic.formatted is None
+                    else [formatted_payload(topic.formatted, record) for record in track.records])
+        blocks.append((topic, track.stamps_ns, payloads))
+    bag.write_all(blocks)
+    bag.close({"complete": "true", "lost": "0"})
+
+
+def _table(payloads):
+    if isinstance(payloads, np.ndarray):
+        return payloads
+    return np.frombuffer(b"".join(payloads), "u1").reshape(len(payloads), -1)
+
+
+def _version(name):
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return "not installed"
+
+
+def _commit():
+    folder = Path(__file__).resolve().parent
+    try:
+        done = subprocess.run(["git", "-C", folder, "describe", "--always", "--dirty", "--abbrev=12"],
+                              capture_output=True, text=True, timeout=5)
+    except (OSError, subprocess.TimeoutExpired):
+        return "unknown"
+    return done.stdout.strip() if done.returncode == 0 else "unknown"
+
+
+def _cpu():
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor()
+    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), "unknown")

@@ -1,0 +1,195 @@
+"""Runs a scenario as ROS 2 nodes: starts them, watches them, ends them, and leaves the bag."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import yaml
+
+from flight_graph.errors import FlightError
+from flight_graph.records import flat
+from flight_graph.scenario import Scenario
+from flight_graph.timebase import SECOND
+from msg_schemas.qos import WINDOW
+
+RECORDER = "recorder"
+
+
+@dataclass
+class RosRun:
+    """What a ros run left behind. statistics: of the realtime loops, by node; outcome: the recorder's."""
+
+    bag: Path
+    wall_s: float = 0.0
+    statistics: dict = field(default_factory=dict)
+    outcome: dict = field(default_factory=dict)
+
+
+def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: float) -> dict[str, dict]:
+    """node name -> its ROS parameters: those of the component, and its place in the graph. Launch files use it too."""
+    graph = scenario.graph
+    master = _clock_master(graph)
+    names = [name for name in graph.nodes if name != master] + [RECORDER]
+    window_ns = WINDOW * min(node.period_ns for node in graph.nodes.values())
+    recorded = set(scenario.recorded())
+    common = {"pace": pace, "factor": float(factor), "window_ns": window_ns, "timeout_s": float(timeout_s),
+              "supervised": True}
+    parameters = {}
+    for name, node in graph.nodes.items():
+        settings = {**common, "epoch_ns": scenario.epoch_ns, "duration_s": scenario.duration_ns / SECOND,
+                    "clock_master": name == master, "wait_for": names if name == master else [""]}
+        for port, edge in node.inputs.items():
+            source = graph.nodes[edge.node]
+            settings[f"inputs.{port}.topic"] = graph.signal(edge.node, edge.port).topic
+            settings[f"inputs.{port}.period_ns"] = source.output_period_ns(edge.port)
+            settings[f"inputs.{port}.delay"] = edge.delay
+        for port in node.component.outputs:
+            readers = {consumer.name + "." + target for consumer, target, _ in graph.consumers(name, port)}
+            settings[f"outputs.{port}.subscribers"] = len(readers) + ((name, port) in recorded)
+        values = {key: flat(value) for key, value in node.values.items()}
+        parameters[name] = {**values, "rate_hz": float(node.rate_hz),
+                            **{f"graph.{key}": value for key, value in settings.items()}}
+    parameters[RECORDER] = {f"graph.{key}": value for key, value in common.items() if key != "factor"}
+    return parameters
+
+
+def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float = 1.0, timeout_s: float = 30.0,
+        progress=None) -> RosRun:
+    """Run a scenario as ROS 2 nodes and record it into ``folder``. Raises FlightError with the first node's sentence.
+
+    pace: lockstep (as fast as the graph answers) or realtime (``factor`` simulated seconds per wall second).
+    progress(seconds simulated) is called about once a simulated second. KeyboardInterrupt ends the nodes, closes the
+    bag, and goes on to the caller.
+    """
+    _refuse(scenario)
+    with tempfile.TemporaryDirectory(prefix="flight_") as work:
+        specs = _specs(scenario, Path(work), Path(folder).absolute(), pace, factor, timeout_s)
+        return _Launch(specs, RosRun(Path(folder)), pace == "lockstep", progress).run()
+
+
+class _Launch:
+    """The life of the nodes of one run."""
+
+    def __init__(self, specs, result, lockstep, progress):
+        self.result, self.lockstep, self.progress = result, lockstep, progress
+        self.pids, self.error, self.master_done = {}, None, False
+        self.names = [spec["name"] for spec in specs]
+        environment = {**os.environ, "PYTHONUNBUFFERED": "1", "OPENBLAS_NUM_THREADS": "1"}  # one thread: it forks
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "flight_graph.ros.spawner"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            text=True, env=environment, process_group=0)
+        self.process.stdin.write(json.dumps(specs))
+        self.process.stdin.close()
+
+    def run(self) -> RosRun:
+        try:
+            for line in self.process.stdout:
+                self._event(line)
+                if self.error or self.result.outcome or (self.master_done and not self.lockstep):
+                    break
+        except BaseException:
+            self._end_nodes()
+            raise
+        self._end_nodes()
+        if self.error:
+            raise FlightError(self.error)
+        if not self.result.outcome:
+            raise FlightError("the nodes ended before the recorder closed the bag")
+        return self.result
+
+    def _event(self, line):
+        try:
+            event = json.loads(line)
+        except json.JSONDecodeError:
+            sys.stderr.write(line)
+            return
+        name = event["node"]
+        if "pid" in event:
+            self.pids[name] = event["pid"]
+        elif "error" in event:
+            self.error = self.error or event["error"]
+        elif "exit" in event:
+            self.pids.pop(name, None)
+            if event["exit"] and not self.error:
+                self.error = f"the node {name} ended by itself ({_how(event['exit'])})"
+        elif "progress" in event:
+            if self.progress:
+                self.progress(event["progress"])
+        elif "statistics" in event:
+            self.result.statistics[name] = event["statistics"]
+        elif "recorded" in event:
+            self.result.outcome = event["recorded"]
+        elif "done" in event:
+            if event["clock_master"]:
+                self.master_done, self.result.wall_s = True, event["wall_s"]
+
+    def _end_nodes(self):
+        """SIGTERM to the nodes, then to the recorder, which drains and closes the bag; SIGKILL to what hangs."""
+        for names in ([name for name in self.names if name != RECORDER], [RECORDER]):
+            self._signal(names, signal.SIGTERM)
+            if not self._wait_gone(names, 15.0):
+                self._signal(names, signal.SIGKILL)
+                self._wait_gone(names, 5.0)
+        self.process.wait(timeout=10)
+
+    def _signal(self, names, number):
+        for name in names:
+            if name in self.pids:
+                try:
+                    os.kill(self.pids[name], number)
+                except ProcessLookupError:
+                    self.pids.pop(name, None)
+
+    def _wait_gone(self, names, seconds) -> bool:
+        deadline = time.monotonic() + seconds
+        while any(name in self.pids for name in names):
+            if time.monotonic() > deadline:
+                return False
+            line = self.process.stdout.readline()
+            if not line:
+                self.pids.clear()
+                return True
+            self._event(line)
+        return True
+
+
+def _specs(scenario, work, folder, pace, factor, timeout_s):
+    resolved = work / "scenario.json"
+    resolved.write_text(json.dumps(scenario.resolved()))
+    specs = []
+    for name, values in node_parameters(scenario, pace, factor, timeout_s).items():
+        if name == RECORDER:
+            values = {**values, "scenario": str(resolved), "out": str(folder)}
+        path = work / f"{name}.yaml"
+        path.write_text(yaml.safe_dump({f"/**/{name}": {"ros__parameters": values}}))
+        use = RECORDER if name == RECORDER else scenario.graph.nodes[name].use
+        specs.append({"name": name, "use": use,
+                      "arguments": ["--ros-args", "-r", f"__node:={name}", "--params-file", str(path)]})
+    return specs
+
+
+def _clock_master(graph) -> str:
+    for node in graph.nodes.values():
+        if node.component.update is not None:
+            return node.name
+    return next(iter(graph.nodes))
+
+
+def _refuse(scenario):
+    import importlib.util
+    if scenario.file.only and scenario.file.only.engine != "ros":
+        raise FlightError(f"{scenario.name} runs in the {scenario.file.only.engine} engine only: "
+                          f"{scenario.file.only.because}")
+    if importlib.util.find_spec("rclpy") is None:
+        raise FlightError("the ros engine needs rclpy; source a ROS 2 Jazzy, or install the extra: pip install "
+                          "'flight_graph[ros]'")
+
+
+def _how(code):
+    return f"signal {signal.Signals(-code).name}" if code < 0 else f"exit status {code}"

@@ -1,0 +1,184 @@
+"""The recorder node: deep reader histories, drained on a period, written in the order of the schedule.
+
+Messages that a component formats from a record (diagnostics, transforms) are made here by the same function.
+"""
+
+import json
+import struct
+import sys
+import time
+from collections import deque
+from pathlib import Path
+
+from flight_graph.errors import FlightError
+from flight_graph.recording import RecordedTopic, RunBag, formatted_payload
+from flight_graph.ros.ports import LoopOnly, RawSubscription
+from flight_graph.ros.progress import Progress
+from flight_graph.scenario import Scenario
+from flight_graph.timebase import SECOND
+from msg_schemas.qos import RECORDER
+
+DRAIN_S = 0.02  # [s] a wake-up for every message would halve the speed of the graph
+QUIET_S = 0.3  # [s] after an interruption, messages on their way are waited for this long
+
+
+class Stream:
+    """One recorded signal: messages taken but not written yet, and the stamp that must come next."""
+
+    def __init__(self, node, topic: RecordedTopic, epoch_ns: int, end_ns: int, group):
+        self.topic, self.end_ns = topic, end_ns
+        self.lost, self.next_ns, self.queue = 0, 0, deque()
+        self._epoch_ns = epoch_ns
+        self.subscription = RawSubscription(node, topic.topic, topic.type_name, RECORDER, group)
+        self._payload, self._record = topic.signal.new()
+        self._offset = _stamp_offset(topic.signal)
+
+    @property
+    def done(self) -> bool:
+        return self.next_ns >= self.end_ns
+
+    def drain(self) -> int:
+        """Take all that has arrived; return how many messages."""
+        count = 0
+        while (message := self.subscription.take()) is not None:
+            count += 1
+            sec, nanosec = struct.unpack_from("<iI", message, self._offset)
+            t_ns = sec * SECOND + nanosec - self._epoch_ns
+            self.lost += max(0, t_ns - self.next_ns) // self.topic.source_period_ns
+            self.next_ns = t_ns + self.topic.source_period_ns
+            if t_ns % self.topic.period_ns == 0 and t_ns < self.end_ns:
+                self.queue.append((t_ns, message))
+        return count
+
+    def record(self, message):
+        """The message as a record, for a formatter."""
+        self.topic.signal.receive(message, self._payload)
+        return self._record[0]
+
+
+class Recorder:
+    """Writes the streams of a scenario into its bag, merged by stamp and schedule."""
+
+    def __init__(self, node, scenario: Scenario, bag: RunBag, settings, group):
+        self.node, self.bag, self.settings = node, bag, settings
+        end_ns = settings.duration_ns or scenario.duration_ns
+        self.streams, self._formatted = [], {}
+        for topic in bag.topics:
+            if topic.formatted is None:
+                self.streams.append(Stream(node, topic, scenario.epoch_ns, end_ns, group))
+            else:
+                self._formatted.setdefault((topic.node, topic.port), []).append(topic)
+        self.end_ns = end_ns
+
+    def drain(self) -> int:
+        return sum(stream.drain() for stream in self.streams)
+
+    def watermark(self) -> int:
+        """Every message stamped before this has been taken. In realtime a silent topic holds the others for a second."""
+        low = min(stream.next_ns for stream in self.streams)
+        if not self.settings.lockstep:
+            low = max(low, max(stream.next_ns for stream in self.streams) - SECOND)
+        return min(low, self.end_ns)
+
+    def write_before(self, t_ns: int) -> None:
+        """Write all messages stamped before t, by stamp, then in the order of the schedule."""
+        ready = []
+        for order, stream in enumerate(self.streams):
+            while stream.queue and stream.queue[0][0] < t_ns:
+                stamp, message = stream.queue.popleft()
+                ready.append((stamp, order, message))
+        ready.sort(key=lambda item: item[:2])
+        for stamp, order, message in ready:
+            stream = self.streams[order]
+            self.bag.write(stream.topic, stamp, message)
+            for topic in self._formatted.get((stream.topic.node, stream.topic.port), ()):
+                self.bag.write(topic, stamp, formatted_payload(topic.formatted, stream.record(message)))
+
+    @property
+    def lost(self) -> dict[str, int]:
+        return {"/" + stream.topic.topic: int(stream.lost) for stream in self.streams if stream.lost}
+
+    @property
+    def done(self) -> bool:
+        return all(stream.done for stream in self.streams)
+
+
+def run(node, scenario: Scenario, folder: Path, settings) -> dict:
+    """Record until every topic is complete or the node is asked to end; return the outcome. Raises FlightError."""
+    bag = RunBag(folder, scenario, "ros", node.pace)
+    recorder = Recorder(node, scenario, bag, settings, LoopOnly())
+    progress = Progress(node, settings)
+    try:
+        _wait_for_publishers(node, recorder, settings, progress)
+        progress.tell(0)
+        while not recorder.done and not node.should_end():
+            recorder.drain()
+            mark = recorder.watermark()
+            recorder.write_before(mark)
+            progress.tell(mark)
+            time.sleep(DRAIN_S)
+        complete = recorder.done
+        if not complete:
+            _drain_until_quiet(recorder)
+        recorder.write_before(recorder.end_ns)
+    finally:
+        lost = recorder.lost
+        outcome = {"complete": str(recorder.done and not lost).lower(), "lost": str(sum(lost.values())),
+                   **{f"lost {topic}": str(count) for topic, count in lost.items()}}
+        bag.close(outcome)
+    if settings.lockstep and lost:
+        raise FlightError(f"{node.get_name()}: messages were lost in lockstep: " + ", ".join(
+            f"{count} on {topic}" for topic, count in lost.items()))
+    progress.tell(recorder.end_ns, last=True)
+    return outcome
+
+
+def _wait_for_publishers(node, recorder, settings, progress):
+    deadline = time.monotonic() + settings.timeout_s
+    while True:
+        missing = [stream.subscription.topic for stream in recorder.streams if stream.subscription.publishers() < 1]
+        late = f"a publisher of {', '.join(missing)}" if missing else progress.unmatched()
+        if late is None or node.should_end():
+            return
+        if time.monotonic() > deadline:
+            raise FlightError(f"{node.get_name()}: waited {settings.timeout_s:g} s for {late}")
+        time.sleep(0.01)
+
+
+def _drain_until_quiet(recorder):
+    quiet_since = time.monotonic()
+    while time.monotonic() - quiet_since < QUIET_S:
+        if recorder.drain():
+            quiet_since = time.monotonic()
+        time.sleep(DRAIN_S)
+
+
+def _stamp_offset(signal) -> int:
+    return 4 + next(offset for path, _, offset, _ in signal.leaves() if path.endswith("stamp.sec"))
+
+
+def main(arguments: list[str], announce=None) -> int:
+    """The executable ``recorder``: records the topics of a scenario file until they are complete or it is ended."""
+    from flight_graph.ros.environment import prepare_environment
+    if "-h" in arguments or "--help" in arguments:
+        print("recorder: records the topics of a scenario to MCAP\n\n"
+              "usage: ros2 run sim_nodes recorder --ros-args -p scenario:=cubli_asteroid -p out:=FOLDER")
+        return 0
+    prepare_environment()
+    from flight_graph.ros.recorder_node import run_recorder
+    return run_recorder(arguments, announce or (lambda event: None))
+
+
+def read_scenario(text: str) -> Scenario:
+    """A scenario by name or YAML file, or the resolved one of a run as a JSON file."""
+    from flight_graph.scenario import load
+    if text.endswith(".json"):
+        return Scenario(json.loads(Path(text).read_text()), Path(text).name, Path(text).parent)
+    return load(text)
+
+
+def report(error: Exception, announce) -> int:
+    """Tell an error to the starter and the terminal; the exit status."""
+    announce({"error": str(error)})
+    print(f"error: {error}", file=sys.stderr)
+    return 1

@@ -1,0 +1,76 @@
+"""The recorder's ROS node: its settings and its life from start to signal."""
+
+import signal
+import threading
+from dataclasses import dataclass
+from pathlib import Path
+
+import rclpy
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+from flight_graph.errors import FlightError
+from flight_graph.ros import recorder
+
+
+@dataclass
+class RecorderSettings:
+    """The recorder's part of a node's settings."""
+
+    lockstep: bool
+    epoch_ns: int
+    duration_ns: int
+    window_ns: int
+    timeout_s: float
+    supervised: bool
+    clock_master: bool = False
+
+
+class RecorderNode(Node):
+    """A node with the parameters of the recorder."""
+
+    def __init__(self, stopping: threading.Event):
+        super().__init__("recorder")
+        self.stopping = stopping
+        self.pace = self._get("graph.pace", "realtime")
+        self.scenario = recorder.read_scenario(self._required("scenario"))
+        self.folder = Path(self._required("out"))
+        self.settings = RecorderSettings(
+            lockstep=self.pace == "lockstep", epoch_ns=self.scenario.epoch_ns, duration_ns=self.scenario.duration_ns,
+            window_ns=self._get("graph.window_ns", 10**9), timeout_s=self._get("graph.timeout_s", 30.0),
+            supervised=self._get("graph.supervised", False))
+
+    def _get(self, name, default):
+        return self.declare_parameter(name, default).value
+
+    def _required(self, name):
+        value = self._get(name, "")
+        if not value:
+            raise FlightError(f"recorder.{name} is missing; give it with --ros-args -p {name}:=...")
+        return value
+
+    def should_end(self) -> bool:
+        return self.stopping.is_set()
+
+
+def run_recorder(arguments: list[str], announce) -> int:
+    """Run the node; return the exit status."""
+    stopping = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stopping.set())
+    rclpy.init(args=["recorder", *arguments], signal_handler_options=SignalHandlerOptions.NO)
+    node = None
+    try:
+        node = RecorderNode(stopping)
+        announce({"ready": node.get_name()})
+        outcome = recorder.run(node, node.scenario, node.folder, node.settings)
+        announce({"recorded": outcome, "bag": str(node.folder)})
+        while node.settings.supervised and not node.should_end():
+            stopping.wait(0.05)
+        return 0
+    except (FlightError, OSError) as error:
+        return recorder.report(error, announce)
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()

@@ -1,0 +1,89 @@
+"""Starts the nodes of a graph quickly: one process imports everything once, and forks one child per node.
+
+Run as ``python -m flight_graph.ros.spawner`` with a JSON list on standard input: {"name", "use", "arguments"} each (``use``
+is a component or "recorder"). Events are JSON lines on standard output: {"node", "pid"}, what nodes announce, and
+{"node", "exit"}. The children get SIGTERM when this process dies, this process when its starter dies.
+"""
+
+import ctypes
+import importlib
+import json
+import os
+import signal
+import sys
+import traceback
+import warnings
+
+_PR_SET_PDEATHSIG = 1
+
+
+def die_with_parent() -> None:
+    """Ask the kernel for SIGTERM when the parent process ends."""
+    ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+
+
+def main() -> int:
+    die_with_parent()
+    specs = json.load(sys.stdin)
+    _import_once(specs)
+    children = {}
+    announce = _announce("spawner")
+    for spec in specs:
+        with warnings.catch_warnings(action="ignore", category=DeprecationWarning):
+            pid = os.fork()  # the middleware's library has started two idle threads; the children need neither
+        if pid == 0:
+            return _child(spec)  # an ordinary exit: the middleware removes its shared memory then
+        children[pid] = spec["name"]
+        announce({"node": spec["name"], "pid": pid})
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    while children:
+        pid, status = os.wait()
+        name = children.pop(pid, None)
+        if name is not None:
+            announce({"node": name, "exit": os.waitstatus_to_exitcode(status)})
+    return 0
+
+
+def _import_once(specs):
+    """Everything the children need, except what starts threads or sockets."""
+    from flight_graph.ros.environment import prepare_environment
+    prepare_environment()
+    from flight_graph import registry
+    from flight_graph.ros import entry, lockstep, node, ports, realtime, recorder, recorder_node  # noqa: F401
+    types = {"rosgraph_msgs/msg/Clock"}
+    for spec in specs:
+        if spec["use"] != "recorder":
+            component = registry.component(spec["use"])
+            types |= {signal_.type_name for signal_ in [*component.inputs.values(), *component.outputs.values()]}
+    for type_name in types:
+        metaclass = type(ports.message_class(type_name))
+        metaclass.__import_type_support__()
+    importlib.import_module("rclpy.lifecycle")
+
+
+def _child(spec) -> int:
+    die_with_parent()
+    announce = _announce(spec["name"])
+    try:
+        if spec["use"] == "recorder":
+            from flight_graph.ros.recorder_node import run_recorder
+            return run_recorder(spec["arguments"], announce)
+        from flight_graph.ros.entry import run_component
+        return run_component(spec["use"], spec["name"], spec["arguments"], announce)
+    except Exception as error:  # a defect, not a user's mistake: tell it whole
+        announce({"error": f"{spec['name']}: {type(error).__name__}: {error}"})
+        traceback.print_exc()
+        return 3
+    finally:
+        sys.stdout.flush()
+        sys.stderr.flush()
+
+
+def _announce(name):
+    def announce(event):
+        os.write(1, (json.dumps({"node": name, **event}) + "\n").encode())
+    return announce
+
+
+if __name__ == "__main__":
+    sys.exit(main())
