@@ -4,14 +4,15 @@ Source: Aerospace 2022, 9(11), 728, equations (10)-(16). Units SI; angles are Ca
 Two cascaded funnels: |e_a| < rho_a on the attitude error, |e_u| < rho_u on the rate error.
 
 *Explicit form*, as printed: `attitude_loop` (15) and `rate_loop` (16), with the adaptive gains by forward Euler.
-*Implicit form*: `implicit_attitude_loop` and `implicit_rate_loop` choose the demand for which the error one sample later
-satisfies the law (backward Euler). Its error transform has a root inside the funnel for every measurement, so leaving the
-funnel is harmless, and the switching term gets a dead zone instead of a chatter. Both share the torque and the adaptation:
+*Implicit form*: `implicit_attitude_loop` and `implicit_rate_loop` choose the demand for which the error one sample
+later satisfies the law (backward Euler). Its error transform has a root inside the funnel for every measurement, so
+leaving the funnel is harmless, and the switching term gets a dead zone instead of a chatter. Both share the rest; one
+sample is
 
-    acceleration = attitude loop, rate loop;  torque = I acceleration - M_g (feed-forward);  limit;  adapt.
+    bounds -> attitude loop -> rate loop -> torque_demand (I acceleration - M_g) -> limit_torque -> adapt.
 
-In the paper I is the scalar I0 = m l^2 / 6; for a rover with wheels it is Theta - J_w 1, about the corner. All arrays are (3,)
-float64 unless said; outputs do not alias inputs.
+In the paper I is the scalar I0 = m l^2 / 6; for a rover with wheels it is Theta - J_w 1, about the corner. All arrays
+are (3,) float64 unless said; outputs do not alias inputs.
 """
 
 from cubli_ros.attitude import body_rates, cardan_rates, matrix_vector
@@ -26,26 +27,39 @@ from flight_graph.kernel import kernel
 
 @kernel
 def attitude_bounds(elapsed, start_bound, start_time, final, rate, out):
-    """rho_a(t) per axis [rad], from each axis's own start: rho_0 and 0 [s] unless the funnel was re-armed."""
+    """rho_a(t) per axis [rad], from each axis's own start: rho_0 and 0 [s] unless `funnel.rearm` moved them."""
     for i in range(3):
-        out[i] = performance_bound(elapsed - start_time[i], start_bound[i], final[i], rate[i])
+        if (
+            i > 0
+            and start_bound[i] == start_bound[i - 1]
+            and start_time[i] == start_time[i - 1]
+            and final[i] == final[i - 1]
+            and rate[i] == rate[i - 1]
+        ):
+            out[i] = out[i - 1]
+        else:
+            out[i] = performance_bound(elapsed - start_time[i], start_bound[i], final[i], rate[i])
 
 
 @kernel
 def rate_bounds(elapsed, initial, final, rate, out):
-    """rho_u(t) per axis [rad/s]."""
+    """rho_u(t) per axis [rad/s]; elapsed [s] since the start."""
     for i in range(3):
-        out[i] = performance_bound(elapsed, initial[i], final[i], rate[i])
+        if i > 0 and initial[i] == initial[i - 1] and final[i] == final[i - 1] and rate[i] == rate[i - 1]:
+            out[i] = out[i - 1]
+        else:
+            out[i] = performance_bound(elapsed, initial[i], final[i], rate[i])
 
 
 @kernel
 def attitude_loop(
-    angles, reference, reference_rate, bound, gain, switching_gain, adaptive, smoothing, cap, error, xi, epsilon, virtual_rate
+    angles, reference, reference_rate, bound, gain, switching_gain, adaptive, smoothing, cap, error, xi, epsilon,
+    virtual_rate
 ):
     """Eq. (10), (15): virtual rate Gamma_a = G^-1 (-lambda_a eps_a - sgn(eps_a) k_a v_a + reference rate) [rad/s].
 
-    In: angles, reference [rad], reference_rate [rad/s] (zero in the paper), bound rho_a(t) [rad], gain lambda_a [rad/s],
-    switching_gain k_a, adaptive v_a, smoothing phi (scalar, 0: hard sgn), cap of |xi| (>= 1: as printed).
+    In: angles, reference [rad], reference_rate [rad/s] (zero in the paper), bound rho_a(t) [rad], gain lambda_a
+    [rad/s], switching_gain k_a, adaptive v_a, smoothing phi (scalar, 0: hard sgn), cap of |xi| (>= 1: as printed).
     Out: error e_a [rad], xi, epsilon, virtual_rate delta [rad/s].
     """
     for i in range(3):
@@ -79,8 +93,9 @@ def rate_loop(
 
 @kernel
 def implicit_feedback(b, bound, gain, switching, period):
-    """One sampled funnel axis: (eps, feedback) with x + c eps(x) = b - kappa sgn(b), c = h lambda/rho, kappa = h k v/rho.
+    """One axis of the sampled funnel: (eps, feedback).
 
+    x + c eps(x) = b - kappa sgn(b) with c = h lambda / rho, kappa = h k v / rho.
     b: error over bound one sample ahead if nothing were demanded; switching: k v. Inside the dead zone |b| <= kappa the
     feedback takes the error to zero in one sample: eps = 0, feedback = b rho / h.
     """
@@ -145,8 +160,8 @@ def implicit_rate_loop(omega, virtual_rate, bound, gain, switching_gain, adaptiv
 def normalise(value, target, bound, error, xi):
     """error = value - target and xi = error / bound, per axis.
 
-    For the implicit form: e_u(t) is measured against the virtual rate chosen for t one sample earlier. Call it before the loops
-    overwrite that rate; before the first sample `attitude_loop` gives the rate to start from.
+    For the implicit form: e_u(t) is measured against the virtual rate chosen for t one sample earlier. Call it before
+    the loops overwrite that rate; before the first sample `attitude_loop` gives the rate to start from.
     """
     for i in range(3):
         error[i] = value[i] - target[i]
@@ -155,7 +170,7 @@ def normalise(value, target, bound, error, xi):
 
 @kernel
 def torque_demand(inertia, acceleration, gravity_torque, feed_forward, out):
-    """u = I acceleration - f M_g [N m]; inertia (3, 3) [kg m^2], feed_forward f: 1 cancels the modelled gravity, 0 is (16)."""
+    """u = I acceleration - f M_g [N m]; inertia (3, 3) [kg m^2]; feed_forward f: 1 cancels gravity, 0 is eq. (16)."""
     x, y, z = matrix_vector(inertia, acceleration[0], acceleration[1], acceleration[2])
     out[0] = x - feed_forward * gravity_torque[0]
     out[1] = y - feed_forward * gravity_torque[1]
@@ -181,8 +196,8 @@ def limit_torque(demand, limit, out):
 def adapt(period, rate, epsilon, xi, frozen, largest, adaptive):
     """Second half of eq. (15), (16) by forward Euler: v += h eta |eps| in place.
 
-    An axis stands still while `frozen` (the torque is clipped) or |xi| >= 1: there eps says nothing about the disturbance.
-    `largest`: upper bound of v, rho_u_inf / (8 k_a) keeps the attitude loop's switching small against the rate funnel.
+    An axis stands still while `frozen` (the torque is clipped) or |xi| >= 1: there eps says nothing about the
+    disturbance. `largest` bounds v; rho_u_inf / (8 k_a) for v_a keeps its switching small against the rate funnel.
     """
     for i in range(3):
         if not frozen and abs(xi[i]) < 1.0:

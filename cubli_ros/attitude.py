@@ -2,9 +2,9 @@
 
 Source: Aerospace 2022, 9(11), 728, equations (1) and (2).
 
-Frames. *Body frame*: origin at the cube's centre, axes through the face centres (the wheel axes); the pivot corner is at
--l/2 [1, 1, 1]. *Balance frame*: the paper's inertial frame, the body frame at the balance point, so the cube stands on its
-corner when both coincide. It is not a z-up frame: on level ground up is [1, 1, 1] / sqrt(3), gravity is
+Frames. *Body frame*: origin at the cube's centre, axes through the face centres (the wheel axes); the pivot corner is
+at -l/2 [1, 1, 1]. *Balance frame*: the paper's inertial frame, the body frame at the balance point, so the cube stands
+on its corner when both coincide. It is not a z-up frame: on level ground up is [1, 1, 1] / sqrt(3), gravity is
 -g / sqrt(3) [1, 1, 1].
 
 Angles (phi, theta, psi) [rad] are successive rotations about body axes 1, 2, 3; singular at theta = +-pi/2.
@@ -87,8 +87,8 @@ def diagonal_torque(sign, mass, length, x, y, z):
 def gravity_torque(angles, gravity, sign, mass, length, out):
     """Eq. (4), M_g = s l/2 [1, 1, 1] x A(angles) m gravity -> out (3,) [N m], body frame.
 
-    gravity (3,) [m/s^2] in the balance frame; mass [kg]; length [m] of the cube's edge. sign +1 is the inverted pendulum;
-    -1 is the equation as printed, r = -l/2 [1, 1, 1], for which the balance point is a stable, hanging one.
+    gravity (3,) [m/s^2] in the balance frame; mass [kg]; length [m] of the cube's edge. sign +1 is the inverted
+    pendulum; -1 is the equation as printed, r = -l/2 [1, 1, 1], for which the balance point is a stable, hanging one.
     """
     x, y, z = to_body(angles, gravity[0], gravity[1], gravity[2])
     out[0], out[1], out[2] = diagonal_torque(sign, mass, length, x, y, z)

@@ -1,14 +1,14 @@
 """Attitude estimation of the Cubli rover: a multiplicative extended Kalman filter for gyro and star tracker.
 
-Source: Lefferts, Markley, Shuster, "Kalman filtering for spacecraft attitude estimation", J. Guidance 5(5), 1982; update in
-Joseph's form. Reference: quaternion q (x, y, z, w, body to balance frame, see `cubli_ros.attitude`) and gyro bias b [rad/s].
-Error state (6,): body-frame rotation vector dtheta with q_true = q dq(dtheta), and db = b_true - b:
+Source: Lefferts, Markley, Shuster, "Kalman filtering for spacecraft attitude estimation", J. Guidance 5(5), 1982;
+update in Joseph's form. Reference: quaternion q (x, y, z, w, body to balance frame, see `cubli_ros.attitude`) and gyro
+bias b [rad/s]. Error state (6,): body-frame rotation vector dtheta with q_true = q dq(dtheta), and db = b_true - b:
 
     dtheta' = -omega x dtheta - db - n_gyro,   db' = n_walk,   omega = gyro - b.
 
-Noise levels are per sample: gyro white noise [rad/s], bias random walk [rad/s] added each sample, star tracker [rad] per axis.
-covariance is (6, 6), rows and columns (dtheta [rad], db [rad/s]). The injected rotation's effect on the covariance (second
-order in dtheta) is neglected.
+Noise levels are per sample: gyro white noise [rad/s], bias random walk [rad/s] added each sample, star tracker [rad]
+per axis. covariance is (6, 6), rows and columns (dtheta [rad], db [rad/s]). The injected rotation's effect on the
+covariance (second order in dtheta) is neglected.
 """
 
 import math
@@ -40,7 +40,7 @@ def start(attitude, attitude_sigma, bias_sigma, q, bias, covariance):
 
 @kernel
 def transition(x, y, z, period, out):
-    """Error-state transition over one period [s] at the rate (x, y, z) [rad/s] -> out (6, 6), exact for a constant rate.
+    """Error-state transition over one period [s] at the constant rate (x, y, z) [rad/s] -> out (6, 6).
 
     Upper left exp(-[a x]), upper right -h times its mean over the period, a = omega h.
     """
@@ -108,8 +108,8 @@ def congruence(matrix, covariance, work):
 def predict(q, bias, covariance, gyro_previous, gyro, period, gyro_sigma, walk_sigma, work):
     """Carry q (4,), covariance (6, 6) from the previous gyro sample to this one, in place; work (2, 6, 6).
 
-    The rate of the interval is the mean of its two end samples (3,) [rad/s] minus the bias: exact to second order in the
-    period where a sample held over the period would lag by half of it.
+    The rate of the interval is the mean of its two end samples (3,) [rad/s] minus the bias: exact to second order in
+    the period where a sample held over the period would lag by half of it.
     """
     x = 0.5 * (gyro_previous[0] + gyro[0]) - bias[0]
     y = 0.5 * (gyro_previous[1] + gyro[1]) - bias[1]
@@ -133,8 +133,8 @@ def predict(q, bias, covariance, gyro_previous, gyro, period, gyro_sigma, walk_s
 def update(q, bias, covariance, measured, sigma, gate, innovation, work):
     """Correct q (4,), bias (3,), covariance (6, 6) in place with a measured attitude (4,); work (3, 6, 6).
 
-    sigma [rad]: measurement noise per axis; gate: largest accepted squared innovation (a chi-square quantile of 3 degrees of
-    freedom; 16.27 passes 99.9 %). Out: innovation (3,) [rad], measured minus predicted attitude, body frame.
+    sigma [rad]: measurement noise per axis; gate: largest accepted squared innovation (a chi-square quantile of 3
+    degrees of freedom; 16.27 passes 99.9 %). Out: innovation (3,) [rad], measured minus predicted attitude, body frame.
     Returns (normalised innovation squared, accepted); a measurement beyond the gate changes nothing.
     """
     difference = work[0, 0]

@@ -18,7 +18,8 @@ from flight_graph.kernel import kernel
 def backstepping(angles, error, omega, c1, c2, inertia, gravity_torque, out, virtual_rate):
     """Torque demand out (3,) [N m] and virtual rate alpha (3,) [rad/s] of the law above.
 
-    angles, error (3,) [rad]; omega (3,) [rad/s]; gains c1, c2 [1/s], scalars; inertia (3, 3) [kg m^2]; gravity_torque M_g (3,).
+    angles, error (3,) [rad]; omega (3,) [rad/s]; gains c1, c2 [1/s], scalars; inertia (3, 3) [kg m^2]; gravity_torque
+    M_g (3,).
     """
     sin_theta = math.sin(angles[1])
     cos_theta = math.cos(angles[1])

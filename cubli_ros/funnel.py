@@ -25,7 +25,7 @@ def performance_bound(elapsed, initial, final, rate):
 def transformed_error(xi, cap):
     """eps = xi / (1 - xi^2), continued linearly (C1) beyond |xi| = cap; cap >= 1 gives the formula as printed.
 
-    As printed, eps changes sign outside the funnel, so that the feedback turns positive there: a cap below 1 keeps it right.
+    As printed, eps changes sign outside the funnel and the feedback turns positive; a cap below 1 prevents that.
     """
     if cap >= 1.0 or abs(xi) <= cap:
         return xi / (1.0 - xi * xi)
@@ -39,9 +39,9 @@ def transformed_error(xi, cap):
 
 @kernel
 def matched_cap(period, gain, bound, largest):
-    """Largest xi_m <= `largest` with h lambda eps'(xi_m) / rho <= 1: the loop through its slope still settles when sampled.
+    """Largest xi_m <= `largest` with h lambda eps'(xi_m) / rho <= 1: the sampled loop is still stable there.
 
-    period h [s], gain lambda [error unit / s], bound rho. eps' = (1 + xi^2) / (1 - xi^2)^2. 0 when even xi = 0 is too steep.
+    period h [s], gain lambda [error unit / s], bound rho; eps' = (1 + xi^2) / (1 - xi^2)^2. 0 if xi = 0 is too steep.
     """
     ratio = bound / (period * gain)
     if ratio <= 1.0:
@@ -68,9 +68,9 @@ def switching_sign(epsilon, smoothing):
 def implicit_transformed_error(b, c):
     """eps of the sampled funnel: the one root of x(eps) + c eps = b, x = 2 eps / (1 + sqrt(1 + 4 eps^2)), for c > 0.
 
-    x is the normalised error after the step, |x| < 1 for every b, inside the funnel or out. On eps >= 0 the left side rises
-    and is concave, so Newton from a lower bound (x <= eps, x < 1) climbs to the root without overshoot; it stops when
-    rounding ends the climb.
+    x is the normalised error after the step, |x| < 1 for every b, inside the funnel or out. On eps >= 0 the left side
+    rises and is concave, so Newton from a lower bound (x <= eps, x < 1) climbs to the root without overshoot; it stops
+    when rounding ends the climb.
     """
     size = abs(b)
     epsilon = size / (1.0 + c)
@@ -98,9 +98,9 @@ def normalised_error(epsilon):
 def rearm(elapsed, error, final, rate, start_bound, start_time):
     """Widen a bound that the error is about to leave: if |e| / rho >= 0.98, restart it at rho = |e| / 0.75.
 
-    All arrays (3,). start_bound and start_time [s] are the funnel's own initial value and start (rho_0 and 0 at first) and are
-    changed in place. Returns how many axes were widened. Meant for the attitude funnel only: a slow, wide rate funnel
-    loses the attitude.
+    All arrays (3,). start_bound and start_time [s] are the funnel's own initial value and start (rho_0 and 0 at first)
+    and are changed in place. Returns how many axes were widened. Meant for the attitude funnel only: a slow, wide rate
+    funnel loses the attitude.
     """
     widened = 0
     for i in range(3):

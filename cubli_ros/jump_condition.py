@@ -1,10 +1,10 @@
 """Whether the rover stays on the ground: rate limits and the contact force at the corner it stands on.
 
-Source: Aerospace 2022, 9(11), 728, section 3.2, equations (6)-(9); the three-dimensional case, which the paper gives only in
-words, from the momentum balance of the cube about its corner.
+Source: Aerospace 2022, 9(11), 728, section 3.2, equations (6)-(9); the three-dimensional case, which the paper gives
+only in words, from the momentum balance of the cube about its corner.
 
-Frames as in `cubli_ros.attitude`; the corner is at rest and r = l/2 [1, 1, 1] (body frame) leads from it to the centre of
-mass. alpha is the angle between "up" (minus gravity) and the ground's normal, zero on level ground.
+Frames as in `cubli_ros.attitude`; the corner is at rest and r = l/2 [1, 1, 1] (body frame) leads from it to the centre
+of mass. alpha is the angle between "up" (minus gravity) and the ground's normal, zero on level ground.
 """
 
 import math
@@ -64,7 +64,7 @@ def rate_across_diagonal(omega):
 
 @kernel
 def cosine_of_tilt(gravity, normal):
-    """cos(alpha) between up = -gravity (3,) and the ground's unit normal (3,), both in the balance frame; 0 for no gravity."""
+    """cos(alpha) of up = -gravity (3,) and the ground's unit normal (3,), in one frame; 0 for no gravity."""
     size = math.sqrt(gravity[0] * gravity[0] + gravity[1] * gravity[1] + gravity[2] * gravity[2])
     if size == 0.0:
         return 0.0
@@ -73,7 +73,7 @@ def cosine_of_tilt(gravity, normal):
 
 @kernel
 def centre_acceleration(omega, omega_dot, length):
-    """omega' x r + omega x (omega x r), r = l/2 [1, 1, 1] -> acceleration of the cube's centre, body frame (three floats)."""
+    """Acceleration of the cube's centre, omega' x r + omega x (omega x r), body frame (three floats) [m/s^2]."""
     half = 0.5 * length
     v_x = half * (omega[1] - omega[2])
     v_y = half * (omega[2] - omega[0])
@@ -90,8 +90,8 @@ def contact(omega, omega_dot, gravity_body, normal_body, length):
     """Force of the ground on the corner: (normal force / (m g), tangential force / (m g), friction ratio).
 
     omega [rad/s], omega_dot [rad/s^2], gravity_body [m/s^2] and the ground's unit normal, all (3,) in the body frame.
-    F / m = a - gravity with a the centre's acceleration. A negative normal force means the corner would have to be pulled:
-    the rover leaves the ground. The friction ratio (needed friction coefficient) is LOST_CONTACT_RATIO then.
+    F / m = a - gravity with a the centre's acceleration. A negative normal force means the corner would have to be
+    pulled: the rover leaves the ground. The friction ratio (needed friction coefficient) is LOST_CONTACT_RATIO then.
     """
     x, y, z = centre_acceleration(omega, omega_dot, length)
     x -= gravity_body[0]

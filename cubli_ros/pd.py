@@ -1,7 +1,7 @@
 """Proportional-derivative attitude control of the Cubli rover: the paper's first baseline.
 
-Source: Aerospace 2022, 9(11), 728, section 5.4, which names the law but gives no gains. kp = 1 1/s^2 and kd = 1 1/s make the
-figures' shape; other gains change the ranking (kp = 0.3, kd = 1 spends less effort than APPC).
+Source: Aerospace 2022, 9(11), 728, section 5.4, which names the law but gives no gains. kp = 1 1/s^2 and kd = 1 1/s
+make the figures' shape; other gains change the ranking (kp = 0.3, kd = 1 spends less effort than APPC).
 """
 
 from cubli_ros.attitude import matrix_vector

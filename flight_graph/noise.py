@@ -1,10 +1,11 @@
 """Counter-based random numbers: a draw is a pure function of (stream key, tick, index).
 
-There is no generator state, so a draw does not depend on who drew before it: the compiled loop, a node in its own process
-and a replay get the same bits. Mixing is SplitMix64 (Steele, Lea, Flood, "Fast splittable pseudorandom number
+There is no generator state, so a draw does not depend on who drew before it: the compiled loop, a node in its own
+process and a replay get the same bits. Mixing is SplitMix64 (Steele, Lea, Flood, "Fast splittable pseudorandom number
 generators", OOPSLA 2014; finaliser constants of Stafford's variant 13); normal variates are Box-Muller.
 
-Unsigned 64-bit overflow is wanted here. In plain Python NumPy warns of it; run such code under ``np.errstate(over="ignore")``.
+Unsigned 64-bit overflow is wanted here. In plain Python NumPy warns of it; run such code under
+``np.errstate(over="ignore")``.
 """
 
 import hashlib

@@ -2,12 +2,13 @@
 
 Source: Aerospace 2022, 9(11), 728, equations (1)-(5), (42). Frames as in `cubli_ros.attitude`.
 
-*Paper model*: state (phi, theta, psi, omega) (6,), scalar inertia I0 = m l^2 / 6, no gyroscopic terms, no wheel momentum:
+*Paper model*: state (phi, theta, psi, omega) (6,), scalar inertia I0 = m l^2 / 6, no gyroscopic terms, no wheel
+momentum:
 
     angles' = G omega,   omega' = (M_g + u) / I0 + d,   d_i = amplitude_i sin(frequency t + phase_i) [rad/s^2].
 
-*Physical model*: state (quaternion x y z w, omega, wheel speed Omega) (10,), inertia Theta about the corner with the wheels
-locked, wheels of axial inertia J_w:
+*Physical model*: state (quaternion x y z w, omega, wheel speed Omega) (10,), inertia Theta about the corner with the
+wheels locked, wheels of axial inertia J_w:
 
     (Theta - J_w 1) omega' = M_g + u + M_d - omega x (Theta omega + J_w Omega),   Omega' = -u / J_w - omega'.
 
@@ -46,7 +47,7 @@ def corner_inertia(mass: float, length: float) -> np.ndarray:
 
 @kernel
 def disturbance(time, amplitude, frequency, phase, out):
-    """Eq. (42), amplitude_i sin(frequency t + phase_i) -> out (3,), in the amplitude's unit; time [s], frequency [rad/s]."""
+    """Eq. (42), amplitude_i sin(frequency t + phase_i) -> out (3,), the amplitude's unit; [s], [rad/s], [rad]."""
     for i in range(3):
         if amplitude[i] == 0.0:
             out[i] = 0.0
@@ -75,7 +76,7 @@ def paper_rates(state, torque, disturbing, gravity, sign, mass, length, inertia,
 def paper_step(
     state, time, period, substeps, torque, amplitude, frequency, phase, gravity, sign, mass, length, inertia, work
 ):
-    """Advance state (6,) in place from time over period [s] in `substeps` Runge-Kutta steps, torque held; work (4, 6)."""
+    """Advance state (6,) in place from time over period [s] in `substeps` steps, torque held; work (4, 6)."""
     h = period / substeps
     slope = work[0]
     total = work[1]
@@ -109,8 +110,9 @@ def physical_rates(
 ):
     """Right-hand side of the physical model -> out (10,).
 
-    state (10,); torque u (3,) [N m]; disturbing torque M_d (3,) [N m]; gravity (3,) [m/s^2], balance frame, any direction;
-    corner_inertia Theta (3, 3) and body_inertia_inverse (Theta - J_w 1)^-1 (3, 3); wheel_inertia J_w [kg m^2].
+    state (10,); torque u (3,) [N m]; disturbing torque M_d (3,) [N m]; gravity (3,) [m/s^2], balance frame, any
+    direction; corner_inertia Theta (3, 3) and body_inertia_inverse (Theta - J_w 1)^-1 (3, 3); wheel_inertia J_w [kg
+    m^2].
     """
     x = state[4]
     y = state[5]

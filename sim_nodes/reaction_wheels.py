@@ -9,7 +9,8 @@ from flight_graph.kernel import kernel
 
 @kernel
 def deliverable_torque(demand, wheel_speed, torque_limit, speed_limit, wheel_inertia, period, out):
-    """Torque the wheels deliver over one period [s]: clipped to +-torque_limit, and to what takes a wheel just to its top speed.
+    """Torque the wheels deliver over one period [s]: clipped to +-torque_limit, and to what takes a wheel just to its
+    top speed.
 
     Torque that slows a wheel down is never cut by the speed limit. Limits are scalars; large ones mean an ideal wheel.
     Returns how many axes were clipped.

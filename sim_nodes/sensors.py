@@ -1,7 +1,7 @@
 """Sensors of the Cubli rover: inertial measurement unit and star tracker, from the true state and counter-based noise.
 
-Frames as in `cubli_ros.attitude`. The inertial measurement unit sits at the cube's centre. Noise standard deviations are per
-sample and per axis; zero switches a source off. Draws use the index ranges below, so streams may share a key.
+Frames as in `cubli_ros.attitude`. The inertial measurement unit sits at the cube's centre. Noise standard deviations
+are per sample and per axis; zero switches a source off. Draws use the index ranges below, so streams may share a key.
 """
 
 from cubli_ros.attitude import quaternion_from_rotation_vector, quaternion_multiply, quaternion_normalise
@@ -27,7 +27,8 @@ def noise_vector(key, tick, first_index, sigma, out):
 def gyro_sample(key, tick, omega, gyro_sigma, walk_sigma, bias, out):
     """Measured rate out (3,) [rad/s] = omega + bias + white noise; then bias (3,) [rad/s] walks one step, in place.
 
-    key: noise stream; tick: sample number; gyro_sigma (1e-4 rad/s is the default sensor's) and walk_sigma [rad/s] per sample.
+    key: noise stream; tick: sample number; gyro_sigma (1e-4 rad/s is the default sensor's) and walk_sigma [rad/s] per
+    sample.
     """
     for i in range(3):
         out[i] = omega[i] + bias[i]
@@ -37,7 +38,8 @@ def gyro_sample(key, tick, omega, gyro_sigma, walk_sigma, bias, out):
 
 @kernel
 def accelerometer_sample(key, tick, omega, omega_dot, gravity_body, length, sigma, out):
-    """Specific force at the cube's centre out (3,) [m/s^2], body frame, while the corner is at rest: acceleration - gravity.
+    """Specific force at the cube's centre out (3,) [m/s^2], body frame, while the corner is at rest: acceleration -
+    gravity.
 
     omega [rad/s], omega_dot [rad/s^2], gravity_body [m/s^2], all (3,) in the body frame; length l [m]; sigma [m/s^2].
     """

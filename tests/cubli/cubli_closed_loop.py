@@ -1,9 +1,9 @@
 """Compiled closed loops of the rover for the tests: the law in continuous time, and the law sampled and held.
 
 `gains` (12, 3): rows rho_a0, rho_a_inf, l_a, lambda_a, k_a, eta_a, rho_u0, rho_u_inf, l_u, lambda_u, k_u, eta_u; the
-baselines take their two gains from the rows lambda_a and lambda_u. `METRICS` names the entries of a result. Settling time:
-last |e_a| > 0.008 rad on any axis; overshoot: largest excursion of the other sign over the initial angle [%]; tail: largest
-|e_a| of the last sixth; contact: level ground, r = l/2 [1, 1, 1].
+baselines take their two gains from the rows lambda_a and lambda_u. `METRICS` names the entries of a result. Settling
+time: last |e_a| > 0.008 rad on any axis; overshoot: largest excursion of the other sign over the initial angle [%];
+tail: largest |e_a| of the last sixth; contact: level ground, r = l/2 [1, 1, 1].
 """
 
 import math
@@ -33,9 +33,9 @@ EXPLICIT, MATCHED, IMPLICIT = 0, 1, 2
 METRICS = {
     name: i
     for i, name in enumerate(
-        "xi_a xi_u settling overshoot tail rate_axis rate_norm rate_across torque effort effort_20 normal_min lift_first"
-        " lift_last lift_time slip_time xi_u_start bad_samples wheel_speed over_first over_last over_time across_time"
-        " fastest_loop".split()
+        "xi_a xi_u settling overshoot tail rate_axis rate_norm rate_across torque effort effort_20 normal_min
+        lift_first" " lift_last lift_time slip_time xi_u_start bad_samples wheel_speed over_first over_last over_time
+        across_time" " fastest_loop".split()
     )
 }
 
@@ -105,7 +105,7 @@ def judge(m, t, h, horizon, first, error, xi_a, xi_u, gain_u, bound_u, omega, om
 
 @kernel
 def explicit(angles, omega, t, gains, v_a, v_u, phi, cap_a, cap_u, a):
-    """Rows of a (12, 3): 0 e_a, 1 rho_a, 2 xi_a, 3 eps_a, 4 delta, 5 e_u, 6 rho_u, 7 xi_u, 8 eps_u, 9 acceleration; 10, 11 zero."""
+    """a (12, 3): 0 e_a, 1 rho_a, 2 xi_a, 3 eps_a, 4 delta, 5 e_u, 6 rho_u, 7 xi_u, 8 eps_u, 9 demand; 10, 11 zero."""
     appc.rate_bounds(t, gains[0], gains[1], gains[2], a[1])
     appc.rate_bounds(t, gains[6], gains[7], gains[8], a[6])
     appc.attitude_loop(angles, a[10], a[11], a[1], gains[3], gains[4], v_a, phi, cap_a, a[0], a[2], a[3], a[4])
@@ -186,13 +186,15 @@ def continuous(kind, y, horizon, steps, gains, phi, g, sign, mass, length, ampli
 
 @kernel
 def sampled(
-    form, physical, y, horizon, steps, substeps, gains, phi, model, feed_forward, g, sign, mass, length, amplitude, frequency,
-    phase, torque_limit, speed_limit, kick_time, kick, rearm, m,
+    form, physical, y, horizon, steps, substeps, gains, phi, model, feed_forward, g, sign, mass, length, amplitude,
+    frequency, phase, torque_limit, speed_limit, kick_time, kick, rearm, m,
 ):  # fmt: skip
-    """Law at rate steps / horizon, torque held, v by forward Euler; y (12,) angles, rates, v_a, v_u in place; metrics in m.
+    """Law at rate steps / horizon, torque held, v by forward Euler; y (12,) angles, rates, v_a, v_u in place; metrics
+    in m.
 
-    physical 0: paper plant; 1: physical plant with wheels. model (3, 3): the inertia the law uses. amplitude in rad/s^2 for
-    both (the physical plant gets I0 d). kick (3,) is added to omega at kick_time. rearm 1 widens rho_a when it is nearly left.
+    physical 0: paper plant; 1: physical plant with wheels. model (3, 3): the inertia the law uses. amplitude in rad/s^2
+    for both (the physical plant gets I0 d). kick (3,) is added to omega at kick_time. rearm 1 widens rho_a when it is
+    nearly left.
     """
     h = horizon / steps
     i0 = mass * length * length / 6.0
@@ -292,7 +294,9 @@ def named(m):
     return {name: float(m[i]) for name, i in METRICS.items()}
 
 
-def run_continuous(g, gains, horizon, step, kind=APPC, phi=PHI, sign=1.0, amplitude=0.02, frequency=1.0, phase=(0, 0, 0)):
+def run_continuous(
+    g, gains, horizon, step, kind=APPC, phi=PHI, sign=1.0, amplitude=0.02, frequency=1.0, phase=(0, 0, 0)
+):
     """Result dictionary of the continuous loop, with the adaptive gains at the end as v_a, v_u."""
     y = np.zeros(12)
     y[:3] = START
@@ -305,9 +309,9 @@ def run_continuous(g, gains, horizon, step, kind=APPC, phi=PHI, sign=1.0, amplit
 
 
 def run_sampled(
-    g, gains, horizon, rate, form=EXPLICIT, phi=PHI, sign=1.0, amplitude=0.02, frequency=1.0, phase=(0, 0, 0), feed_forward=0.0,
-    physical=0, model=None, torque_limit=UNLIMITED, speed_limit=UNLIMITED, substeps=None, start=START, kick_time=1e9,
-    kick=(0.0, 0.0, 0.0), rearm=0,
+    g, gains, horizon, rate, form=EXPLICIT, phi=PHI, sign=1.0, amplitude=0.02, frequency=1.0, phase=(0, 0, 0),
+    feed_forward=0.0, physical=0, model=None, torque_limit=UNLIMITED, speed_limit=UNLIMITED, substeps=None, start=START,
+    kick_time=1e9, kick=(0.0, 0.0, 0.0), rearm=0,
 ):  # fmt: skip
     """Result dictionary of the sampled loop at `rate` [Hz]; the plant's step is at most 1 ms unless given."""
     y = np.zeros(12)
@@ -320,7 +324,7 @@ def run_sampled(
         model = MASS * LENGTH**2 / 6.0 * np.eye(3)
     sampled(
         form, physical, y, float(horizon), steps, substeps, gains, phi, model, feed_forward, g, sign, MASS, LENGTH,
-        np.full(3, float(amplitude)), float(frequency), np.array(phase, dtype=float), torque_limit, speed_limit, kick_time,
-        np.array(kick), rearm, m,
+        np.full(3, float(amplitude)), float(frequency), np.array(phase, dtype=float), torque_limit, speed_limit,
+        kick_time, np.array(kick), rearm, m,
     )  # fmt: skip
     return named(m) | {"v_a": y[6:9].copy(), "v_u": y[9:12].copy(), "y": y}
