@@ -17,8 +17,7 @@ from spacerobot_ros.inertial_parameters import ModelError
 def euler_attitude(angles, rates, accelerations, q_d, w_d, wdot_d):
     """Quaternion, body rate and its derivative of ZYX Euler angles [roll, pitch, yaw] (3,) and their derivatives.
 
-    w = [r' - y' sp, p' cr + y' cp sr, -p' sr + y' cp cr]; a representation for input only (singular at pitch 90 deg
-    the other way round: here every angle gives a valid motion).
+    w = [r' - y' sp, p' cr + y' cp sr, -p' sr + y' cp cr].
     """
     cr, sr = math.cos(angles[0]), math.sin(angles[0])
     cp, sp = math.cos(angles[1]), math.sin(angles[1])
