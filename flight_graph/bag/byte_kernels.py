@@ -1,0 +1,84 @@
+"""The byte loops of the bags, compiled: walking over MCAP records, gathering and scattering rows.
+
+These are no component kernels: they hold no arithmetic that could differ between executors, and are cached on disk.
+"""
+
+import numba
+import numpy as np
+
+MESSAGE = 0x05  # opcode
+RECORD_HEAD = 9  # [bytes] opcode and length
+MESSAGE_HEAD = 22  # [bytes] channel id, sequence, log time, publish time
+
+
+def _compiled(function):
+    try:
+        return numba.njit(cache=True, nogil=True)(function)
+    except RuntimeError:  # no folder for the cache can be written
+        return numba.njit(nogil=True)(function)
+
+
+@_compiled
+def _little_endian(data, start, size):
+    value = np.uint64(0)
+    for i in range(size):
+        value |= np.uint64(data[start + i]) << np.uint64(8 * i)
+    return value
+
+
+@_compiled
+def walk(data, start, stop, opcodes, starts, stops):
+    """List the records in data[start:stop]: opcode, first and last + 1 content byte.
+
+    data: (n,) uint8. Returns (count, position behind the last whole record); count can exceed the arrays' length,
+    then only the first ones are listed.
+    """
+    count = 0
+    position = start
+    while position + 9 <= stop:
+        length = _little_endian(data, position + 1, 8)
+        if length > np.uint64(stop - position - 9):
+            break
+        if count < len(opcodes):
+            opcodes[count] = data[position]
+            starts[count] = position + 9
+            stops[count] = position + 9 + np.int64(length)
+        count += 1
+        position += 9 + np.int64(length)
+    return count, position
+
+
+@_compiled
+def message_heads(data, starts, channels, sequences, log_times, publish_times):
+    """Read the fixed head of message records. starts: (n,) int64 first content byte; the rest (n,) out."""
+    for i in range(len(starts)):
+        at = starts[i]
+        channels[i] = _little_endian(data, at, 2)
+        sequences[i] = _little_endian(data, at + 2, 4)
+        log_times[i] = _little_endian(data, at + 6, 8)
+        publish_times[i] = _little_endian(data, at + 14, 8)
+
+
+@_compiled
+def gather(data, starts, width, out):
+    """Copy data[s:s + width] of every start s into the rows of out (n, >= width) uint8."""
+    for i in range(len(starts)):
+        out[i, :width] = data[starts[i]:starts[i] + width]
+
+
+@_compiled
+def scatter(rows, first, starts, out):
+    """Copy rows[first + i] (uint8) to out[starts[i]:]."""
+    width = rows.shape[1]
+    for i in range(len(starts)):
+        out[starts[i]:starts[i] + width] = rows[first + i]
+
+
+@_compiled
+def constants_hold(data, starts, columns, values):
+    """Whether data[start + column] is the column's value, for every start and column."""
+    for i in range(len(starts)):
+        for j in range(len(columns)):
+            if data[starts[i] + columns[j]] != values[j]:
+                return False
+    return True
