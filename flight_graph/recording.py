@@ -151,3 +151,22 @@ def _cpu():
     except OSError:
         return platform.processor()
     return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), "unknown")
+
+
+class BagSignals:
+    """The recorded signals of a run's bag: topic -> structured array of the signal's own dtype."""
+
+    def __init__(self, bag, scenario: Scenario):
+        self._bag, self._scenario = bag, scenario
+        self._signals = {topic.topic: topic.signal for topic in recorded_topics(scenario) if topic.formatted is None}
+
+    def __getitem__(self, topic: str) -> np.ndarray:
+        signal = self._signals[topic]
+        payloads = self._bag.payloads("/" + topic)
+        records = np.zeros((len(payloads), signal.dtype.itemsize), "u1")
+        if len(payloads):
+            records[:, :signal.size] = np.asarray(payloads)[:, 4:4 + signal.size]
+        return records.reshape(-1).view(signal.dtype)
+
+    def __contains__(self, topic: str) -> bool:
+        return topic in self._signals and "/" + topic in self._bag

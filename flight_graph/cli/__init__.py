@@ -1,0 +1,17 @@
+"""The command line ``flight``."""
+
+import sys
+
+
+def main() -> int:
+    """Run the command line; a FlightError becomes its sentence and status 2."""
+    from flight_graph.cli.app import app
+    from flight_graph.errors import FlightError
+    try:
+        app()
+    except FlightError as error:
+        from rich.console import Console
+        Console(stderr=True, soft_wrap=True, highlight=False).print("[red]error:[/red] ", end="")
+        print(error, file=sys.stderr)
+        return 2
+    return 0

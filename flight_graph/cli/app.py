@@ -1,0 +1,12 @@
+"""The commands of ``flight``, each in a module of its own; heavy imports happen inside the commands."""
+
+import typer
+
+from flight_graph.cli import doctor, scenarios
+
+app = typer.Typer(
+    name="flight", no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="rich",
+    help="Simulated flight software for spacecraft at small bodies: run, record, judge.\n\n"
+         "Example: [bold]flight run cubli_asteroid[/bold]")
+scenarios.register(app)
+doctor.register(app)

@@ -1,0 +1,142 @@
+"""flight list, run, node: what there is, and running it."""
+
+import json
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+import yaml
+
+from flight_graph.cli.show import RunProgress, console, metrics_table, status
+from flight_graph.errors import FlightError
+
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
+Settings = Annotated[list[str] | None, typer.Option(
+    "--set", metavar="COMPONENT.PARAM=VALUE", help="Change a parameter or a rate; may be repeated.")]
+
+
+def register(app: typer.Typer) -> None:
+    app.command("list", epilog="Example: flight list cubli_asteroid")(list_)
+    app.command(epilog="Example: flight run cubli_asteroid --engine ros --set controller.lambda_a=0.03 --json")(run)
+    app.command(epilog="Example: flight node cubli_ros appc_controller --ros-args -p lambda_a:=0.041", context_settings={
+        "allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []})(node)
+
+
+def list_(
+    scenario: Annotated[str | None, typer.Argument(help="A scenario to look into.")] = None,
+    as_json: Json = False,
+) -> None:
+    """List scenarios and components, or show one scenario's graph: rates, topics, connections, parameters."""
+    from flight_graph import registry, scenario as scenarios
+    if scenario:
+        _show_scenario(scenarios.load(scenario), as_json)
+        return
+    titles = {name: yaml.safe_load(path.read_text())["title"] for name, path in scenarios.available().items()}
+    components = {name: found.summary() for name, found in registry.components().items()}
+    if as_json:
+        print(json.dumps({"scenarios": titles, "components": components}))
+        return
+    from rich.table import Table
+    for title, rows in (("scenarios", titles), ("components", components)):
+        table = Table("name", "what it is", title=title, title_justify="left")
+        for name, text in rows.items():
+            table.add_row(name, text)
+        console.print(table)
+
+
+def run(
+    scenario: Annotated[str, typer.Argument(help="A scenario's name, or the path of a YAML file.")],
+    engine: Annotated[str, typer.Option(help="compiled, python (the same source, uncompiled) or ros.")] = "compiled",
+    pace: Annotated[str, typer.Option(help="ros only: lockstep, realtime or realtime:FACTOR.")] = "lockstep",
+    settings: Settings = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of all noise.")] = None,
+    duration: Annotated[float | None, typer.Option(help="Simulated seconds.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the bag (a new one).")] = None,
+    as_json: Json = False,
+) -> None:
+    """Run a scenario, record it to a bag, and print its metrics."""
+    if engine == "python":
+        os.environ["NUMBA_DISABLE_JIT"] = "1"
+    from flight_graph import runs, scenario as scenarios
+    loaded = scenarios.load(scenario, _overrides(settings, seed, duration))
+    runs.check_engine(loaded, engine)
+    folder = runs.new_folder(out, loaded, engine)
+    with RunProgress(loaded, not as_json) as progress:
+        try:
+            outcome = runs.execute(loaded, engine, pace, folder, progress.advance, progress.compiling)
+        except KeyboardInterrupt:
+            raise FlightError(f"interrupted; the bag up to here is {folder}" if (folder / "metadata.yaml").exists()
+                              else "interrupted; nothing was recorded") from None
+    if as_json:
+        print(json.dumps({
+            "scenario": loaded.name, "bag": str(outcome.bag), "engine": outcome.engine, "pace": outcome.pace,
+            "seed": loaded.seed, "wall_s": outcome.wall_s, "compile_s": outcome.compile_s, "lost": outcome.lost,
+            "metrics": outcome.metrics, "statistics": outcome.statistics}))
+        return
+    console.print(metrics_table(loaded, outcome))
+    if outcome.lost:
+        status(f"{outcome.lost} messages were lost (realtime); the bag's metadata says which")
+    print(outcome.bag)
+
+
+def node(
+    context: typer.Context,
+    package: Annotated[str, typer.Argument(help="cubli_ros, sim_nodes, ...; or 'file.py:Class' in place of both.")],
+) -> None:
+    """Run one node, as ros2 run would: flight node PACKAGE EXECUTABLE [ROS ARGS]."""
+    from flight_graph.ros.entry import main, run_component
+    if package in ("-h", "--help"):
+        print(context.command.get_help(context))
+        return
+    arguments = list(context.args)
+    if ":" in package:
+        raise typer.Exit(run_component(package, package.rpartition(":")[2].lower(), arguments))
+    if not arguments or arguments[0] in ("-h", "--help"):
+        from flight_graph import registry
+        print(f"executables of {package}: {', '.join(registry.executables(package))}")
+        raise typer.Exit(0 if arguments else 2)
+    raise typer.Exit(main(package, arguments[0], arguments[1:]))
+
+
+def parse_settings(settings) -> dict:
+    """``--set KEY=VALUE`` pairs as a dictionary; values are YAML."""
+    parsed = {}
+    for text in settings or []:
+        key, equals, value = text.partition("=")
+        if not equals or not key:
+            raise FlightError(f"--set {text}: write COMPONENT.PARAM=VALUE")
+        try:
+            parsed[key] = yaml.safe_load(value)
+        except yaml.YAMLError:
+            raise FlightError(f"--set {text}: '{value}' is no value") from None
+    return parsed
+
+
+def _overrides(settings, seed, duration):
+    overrides = parse_settings(settings)
+    if seed is not None:
+        overrides["seed"] = seed
+    if duration is not None:
+        overrides["duration_s"] = duration
+    return overrides
+
+
+def _show_scenario(scenario, as_json):
+    if as_json:
+        print(json.dumps(scenario.resolved()))
+        return
+    from rich.table import Table
+    console.print(f"[bold]{scenario.name}[/bold]: {scenario.file.title}\n{scenario.file.description}".rstrip())
+    table = Table("component", "is a", "rate [Hz]", "input <- source", "output topics")
+    for name, node_ in scenario.graph.nodes.items():
+        inputs = [f"{port} <- {edge.node}.{edge.port}{' (delay 1)' if edge.delay else ''}"
+                  for port, edge in node_.inputs.items()]
+        topics = ["/" + signal.topic for signal in node_.component.outputs.values()]
+        table.add_row(name, node_.use, f"{node_.rate_hz:g}", "\n".join(inputs), "\n".join(topics))
+    console.print(table)
+    table = Table("parameter", "value", "allowed", "meaning", "source")
+    for name, node_ in scenario.graph.nodes.items():
+        for entry in node_.component.parameters.entries.values():
+            table.add_row(f"{name}.{entry.name}", str(node_.values[entry.name]), entry.range_text, entry.doc, entry.source)
+    console.print(table)

@@ -1,0 +1,62 @@
+"""How the command line shows things: console, progress, tables."""
+
+import sys
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+console = Console(soft_wrap=not sys.stdout.isatty(), width=None if sys.stdout.isatty() else 160)
+_errors = Console(stderr=True)
+
+
+def status(text: str) -> None:
+    """A line for a person, on standard error."""
+    _errors.print(text, highlight=False)
+
+
+class RunProgress:
+    """A bar of simulated seconds on standard error, where that is a terminal and it is wanted."""
+
+    def __init__(self, scenario, wanted: bool):
+        self._total, self._wanted = scenario.duration_ns / 1e9, wanted and _errors.is_terminal
+        self._name, self._bar = scenario.name, None
+
+    def __enter__(self):
+        if self._wanted:
+            self._bar = Progress(TextColumn("{task.description}"), BarColumn(), TextColumn(
+                "{task.completed:.1f} of {task.total:g} s simulated"), TimeRemainingColumn(), console=_errors,
+                transient=True)
+            self._bar.start()
+            self._task = self._bar.add_task(self._name, total=self._total)
+        return self
+
+    def __exit__(self, *_):
+        if self._bar:
+            self._bar.stop()
+
+    def compiling(self) -> None:
+        """Say that machine code is being made."""
+        if self._bar:
+            self._bar.update(self._task, description=f"{self._name}: compiling (once; it is kept)")
+
+    def advance(self, seconds: float) -> None:
+        """Move the bar to ``seconds`` simulated."""
+        if self._bar:
+            self._bar.update(self._task, completed=seconds, description=self._name)
+
+
+def metrics_table(scenario, outcome) -> Table:
+    """The metrics of a run."""
+    table = Table("metric", "value", title=f"{scenario.name} ({outcome.engine}, {scenario.duration_ns / 1e9:g} s "
+                  f"in {outcome.wall_s:.3g} s)", title_justify="left")
+    for name, value in outcome.metrics.items():
+        table.add_row(name, number(value))
+    return table
+
+
+def number(value) -> str:
+    """A metric for a person."""
+    if value is None:
+        return "never"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

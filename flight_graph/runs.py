@@ -1,0 +1,103 @@
+"""One run of a scenario in any engine: from the scenario to a bag and its metrics."""
+
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from flight_graph import metrics
+from flight_graph.errors import FlightError, unknown
+from flight_graph.scenario import Scenario
+
+ENGINES = ("compiled", "python", "ros")
+
+
+@dataclass
+class Outcome:
+    """What a run left. wall_s: seconds in the loop; compile_s: seconds until the first step (0 in ros)."""
+
+    bag: Path | None
+    engine: str
+    pace: str
+    wall_s: float
+    compile_s: float
+    metrics: dict
+    statistics: dict = field(default_factory=dict)
+    lost: int = 0
+
+
+def parse_pace(text: str) -> tuple[str, float]:
+    """``lockstep``, ``realtime`` or ``realtime:FACTOR`` as (pace, factor). Raises FlightError."""
+    pace, _, factor = text.partition(":")
+    if pace not in ("lockstep", "realtime") or (factor and pace == "lockstep"):
+        raise FlightError(f"--pace {text}: allowed: lockstep, realtime or realtime:FACTOR")
+    try:
+        number = float(factor) if factor else 1.0
+    except ValueError:
+        number = 0.0
+    if not 0.0 < number < float("inf"):
+        raise FlightError(f"--pace {text}: the factor must be a number greater than 0")
+    return pace, number
+
+
+def check_engine(scenario: Scenario, engine: str) -> None:
+    """Refuse an engine that does not exist or that the scenario cannot run in."""
+    if engine not in ENGINES:
+        raise unknown("engine", engine, ENGINES)
+    only = scenario.file.only
+    if only and engine == "ros" and only.engine != "ros":
+        raise FlightError(f"{scenario.name} runs in the {only.engine} engine only: {only.because}")
+
+
+def new_folder(wanted: Path | None, scenario: Scenario, engine: str) -> Path:
+    """The bag's folder: ``wanted`` (refused when it exists), or the next free runs/<scenario>-<engine>-<n>."""
+    if wanted is not None:
+        if wanted.exists():
+            raise FlightError(f"--out {wanted}: it exists already; name a new folder")
+        return wanted
+    number = 1
+    while (folder := Path("runs") / f"{scenario.name}-{engine}-{number}").exists():
+        number += 1
+    return folder
+
+
+def execute(scenario: Scenario, engine: str = "compiled", pace: str = "lockstep", out: Path | None = None,
+            progress=None, compiling=None) -> Outcome:
+    """Run a scenario and record it into a new folder. Raises FlightError.
+
+    progress(seconds simulated) is called now and then; compiling() once when machine code must be made first.
+    """
+    check_engine(scenario, engine)
+    pace, factor = parse_pace(pace)
+    folder = new_folder(out, scenario, engine)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    if engine == "ros":
+        return _ros(scenario, folder, pace, factor, progress)
+    from numba import config
+
+    from flight_graph.compiled import CompiledRun
+    from flight_graph.recording import write_recording
+    if (engine == "python") != bool(config.DISABLE_JIT):
+        raise FlightError("the python engine needs NUMBA_DISABLE_JIT=1 in the environment, and no other engine may have it")
+    run = CompiledRun(scenario)
+    if compiling and not run.is_compiled():
+        compiling()
+    recording = run.run(progress)
+    write_recording(recording, folder, engine)
+    return Outcome(folder, engine, "none", recording.wall_s, recording.compile_s, metrics.compute(scenario, recording))
+
+
+def simulate(scenario: Scenario):
+    """Run a scenario in process without a bag; return its Recording."""
+    from flight_graph.compiled import CompiledRun
+    return CompiledRun(scenario).run()
+
+
+def _ros(scenario, folder, pace, factor, progress):
+    from flight_graph.bag.reader import read_bag
+    from flight_graph.recording import BagSignals
+    from flight_graph.ros import launcher
+    timeout_s = float(os.environ.get("FLIGHT_TIMEOUT_S", "60"))
+    result = launcher.run(scenario, folder, pace, factor, timeout_s, progress)
+    signals = BagSignals(read_bag(folder), scenario)
+    return Outcome(folder, "ros", pace if pace == "lockstep" else f"realtime:{factor:g}", result.wall_s, 0.0,
+                   metrics.compute(scenario, signals), result.statistics, int(result.outcome.get("lost", 0)))
