@@ -30,14 +30,12 @@ UNLIMITED = 1e9  # [N m] or [rad/s]
 APPC, PD, BACKSTEPPING = 0, 1, 2
 EXPLICIT, MATCHED, IMPLICIT = 0, 1, 2
 
-METRICS = {
-    name: i
-    for i, name in enumerate(
-        "xi_a xi_u settling overshoot tail rate_axis rate_norm rate_across torque effort effort_20 normal_min
-        lift_first" " lift_last lift_time slip_time xi_u_start bad_samples wheel_speed over_first over_last over_time
-        across_time" " fastest_loop".split()
-    )
-}
+METRIC_NAMES = """
+    xi_a xi_u settling overshoot tail rate_axis rate_norm rate_across torque effort effort_20 normal_min lift_first
+    lift_last lift_time slip_time xi_u_start bad_samples wheel_speed over_first over_last over_time across_time
+    fastest_loop
+""".split()
+METRICS = {name: i for i, name in enumerate(METRIC_NAMES)}
 
 
 def table(*rows):

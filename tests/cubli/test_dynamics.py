@@ -1,4 +1,4 @@
-"""Plants and wheels: the equations in NumPy, SciPy's integrator, conserved quantities, eigenvalues at the balance point."""
+"""Plants and wheels: the equations in NumPy, SciPy's integrator, conserved quantities, eigenvalues at balance."""
 
 import math
 
@@ -125,7 +125,8 @@ def test_physical_energy_and_momentum():
         wheels = 0.5 * WHEEL * ((y[7:] + y[4:7]) @ (y[7:] + y[4:7]))
         return body + wheels - MASS * Rotation.from_quat(y[:4]).apply(ARM) @ gravity
 
-    start = np.concatenate([Rotation.from_euler("XYZ", [-0.3, 0.3, 0.3]).as_quat(), [0.5, -0.4, 0.2], [30.0, -10.0, 5.0]])
+    q = Rotation.from_euler("XYZ", [-0.3, 0.3, 0.3]).as_quat()
+    start = np.concatenate([q, [0.5, -0.4, 0.2], [30.0, -10.0, 5.0]])
     state = start.copy()
     gravity = np.array([-1.0, -2.0, -4.0])
     cubli_dynamics.physical_step(
@@ -163,7 +164,8 @@ def test_eigenvalues_at_the_balance_point(g, paper, physical):
 
     for sign in (1.0, -1.0):
         matrix = jacobian(
-            lambda y, out, s=sign: cubli_dynamics.paper_rates(y, zero, zero, gravity, s, MASS, LENGTH, I0, out), np.zeros(6)
+            lambda y, out, s=sign: cubli_dynamics.paper_rates(y, zero, zero, gravity, s, MASS, LENGTH, I0, out),
+            np.zeros(6)
         )
         values = np.linalg.eigvals(matrix)
         parts = np.sort(values.real if sign > 0 else values.imag)
@@ -194,7 +196,7 @@ def test_wheel_torque_limit_and_saturation():
 
     # The first wheel is at its top speed: u < 0 would spin it up, u > 0 slows it down; the second is just below
     speed = np.array([628.0, 627.95, -628.0])
-    clipped = reaction_wheels.deliverable_torque(np.array([-0.01, -0.01, -0.01]), speed, 0.02, 628.0, WHEEL, period, out)
+    clipped = reaction_wheels.deliverable_torque(np.full(3, -0.01), speed, 0.02, 628.0, WHEEL, period, out)
     assert clipped == 2
     np.testing.assert_allclose(out, [0.0, -WHEEL * 0.05 / period, -0.01], atol=1e-12)
     reaction_wheels.spin(out, np.zeros(3), WHEEL, period, speed)

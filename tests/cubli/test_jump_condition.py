@@ -39,7 +39,8 @@ def test_standing_still_on_a_slope():
     """At rest the ground carries the weight: normal cos(alpha), tangential sin(alpha), friction ratio tan(alpha)."""
     alpha = 0.2  # [rad]
     gravity = np.array([-math.sin(alpha), 0.0, -math.cos(alpha)]) * 0.002
-    normal, tangential, ratio = jump_condition.contact(np.zeros(3), np.zeros(3), gravity, np.array([0.0, 0.0, 1.0]), 0.2)
+    up = np.array([0.0, 0.0, 1.0])
+    normal, tangential, ratio = jump_condition.contact(np.zeros(3), np.zeros(3), gravity, up, 0.2)
     assert math.isclose(normal, math.cos(alpha))
     assert math.isclose(tangential, math.sin(alpha))
     assert math.isclose(ratio, math.tan(alpha))

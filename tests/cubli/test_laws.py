@@ -140,7 +140,8 @@ def test_dead_zone_takes_the_error_to_zero():
     np.testing.assert_array_equal(epsilon, 0.0)
     np.testing.assert_allclose(omega + h * acceleration, 0.0, atol=1e-20)
     edge = k[0] * v[0] * h  # the two branches meet here
-    below, above = (appc.implicit_feedback(b / rho[0], rho[0], 0.041, k[0] * v[0], h)[1] for b in (edge, edge * (1 + 1e-12)))
+    below = appc.implicit_feedback(edge / rho[0], rho[0], 0.041, k[0] * v[0], h)[1]
+    above = appc.implicit_feedback(edge / rho[0] * (1.0 + 1e-12), rho[0], 0.041, k[0] * v[0], h)[1]
     assert math.isclose(below, above, rel_tol=1e-9)
 
 
@@ -174,7 +175,7 @@ def test_proportional_derivative():
 @settings(max_examples=30, deadline=None)
 @given(st.tuples(*[st.floats(-0.8, 0.8)] * 6))
 def test_backstepping_makes_its_lyapunov_function_fall(values):
-    """V' = -c1 |e|^2 - c2 |omega - alpha|^2, with V differentiated numerically along angles' = G omega, omega' = (M + u) / I0."""
+    """V' = -c1 |e|^2 - c2 |omega - alpha|^2, with V differentiated numerically along the motion."""
     angles, omega = np.array(values[:3]), np.array(values[3:])
     c1, c2, inertia = 0.7, 1.9, 0.013
     m_g = np.array([1e-3, -2e-3, 5e-4])
