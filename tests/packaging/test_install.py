@@ -208,7 +208,6 @@ def test_an_editable_install_has_the_ament_packages_too(tree, tmp_path):
     check_ament_layout(tmp_path / "prefix")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("options", [[], ["--symlink-install"]], ids=["plain", "symlink"])
 def test_colcon_installs_the_same(tree, tmp_path, options):
     colcon = shutil.which("colcon")
