@@ -1,8 +1,8 @@
 """One Python distribution that is six ament packages to ROS 2.
 
-Every name in ``AMENT_PACKAGES`` gets what a ROS 2 package has: a marker in the ament index, ``share/<name>/package.xml``,
-``share/<name>/launch`` and ``share/<name>/config``, and its executables in ``lib/<name>``. They reach the install prefix
-as data files, so pip, ``pip -e``, colcon and ``colcon --symlink-install`` all put them in the same places.
+Every name in ``AMENT_PACKAGES`` gets what a ROS 2 package has: a marker in the ament index,
+``share/<name>/package.xml``, ``share/<name>/launch``, ``share/<name>/config`` and its executables in ``lib/<name>``.
+They reach the install prefix as data files: pip, ``pip -e`` and colcon (linked or not) put them in the same places.
 """
 
 import ast
@@ -36,7 +36,7 @@ sys.exit({function}({arguments}))
 
 
 def node_table(package: str) -> dict[str, str]:
-    """Return ``EXECUTABLES`` of ``<package>/nodes.py``; read, not imported: no dependency is installed at build time."""
+    """Return ``EXECUTABLES`` of ``<package>/nodes.py``; read, not imported: dependencies are not there yet."""
     path = Path(package, "nodes.py")
     if not path.exists():
         return {}

@@ -25,8 +25,8 @@ else
     for candidate in $venv/bin/python python3.12 python3.11 python3; do
         if is_supported "$candidate"; then python=$candidate; break; fi
     done
-    [ -n "$python" ] || stop "no Python 3.11 or 3.12 with the modules venv and ensurepip was found (Debian and Ubuntu:" \
-        "apt install python3-venv). Install one, or name one: make setup PYTHON=/path/to/python3.12"
+    [ -n "$python" ] || stop "no Python 3.11 or 3.12 with the modules venv and ensurepip was found (on Debian and" \
+        "Ubuntu: apt install python3-venv). Install one, or name one: make setup PYTHON=/path/to/python3.12"
 fi
 python=$("$python" -c 'import sys; print(sys._base_executable)') # not a venv's own, which may be remade below
 version=$(version_of "$python")

@@ -160,7 +160,8 @@ def test_an_executable_starts_the_node_it_is_named_after(tmp_path):
     (tree / "flight_graph/ros/entry.py").write_text(
         "import sys\ndef main(package, executable):\n    print(package, executable, sys.argv[1:])\n    return 7\n"
     )
-    subprocess.run([sys.executable, "setup.py", "--quiet", "--version"], cwd=tree, check=True, stdout=subprocess.DEVNULL)
+    command = [sys.executable, "setup.py", "--quiet", "--version"]
+    subprocess.run(command, cwd=tree, check=True, stdout=subprocess.DEVNULL)
     executable = shutil.copy2(tree / "build/ament/sim_nodes/lib/plant", prefix / "lib/sim_nodes/plant")
     (prefix / "bin/python3").write_text(f'#!/bin/sh\necho "its own Python"; exec {sys.executable} "$@"\n')
     (prefix / "bin/python3").chmod(0o755)
