@@ -41,10 +41,10 @@ clean: ## removes what make made, .venv too (recordings in runs/ stay)
 	rm -rf $(VENV) build install log dist *.egg-info .pytest_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
-# $(call compile,name of the lock,sources,python version and platform). No address goes into a lock: any index will do.
+# $(call compile,name of the lock,sources,python version and platform). No address goes into a lock.
 define compile
-$(LOCK)/bin/uv pip compile --quiet --no-config --generate-hashes --no-emit-index-url --no-emit-find-links --no-annotate \
-	--custom-compile-command "make lock" $(if $(UPGRADE),--upgrade) --constraint requirements/build.in \
+$(LOCK)/bin/uv pip compile --quiet --no-config --generate-hashes --no-emit-index-url --no-emit-find-links \
+	--no-annotate --custom-compile-command "make lock" $(if $(UPGRADE),--upgrade) --constraint requirements/build.in \
 	--python-version $(3) --output-file requirements/$(1).txt $(2)
 endef
 
