@@ -20,7 +20,7 @@ from lander_ros.rotation import to_body, to_site
 
 @kernel
 def funnel_height(x, y, alpha, beta, gamma, rho_0):
-    """g(x, y) [m]: height of the keep-out surface, 0 on the axis. alpha [m^(1/gamma - 2)], rho_0 [m]; beta, gamma [-]."""
+    """g(x, y) [m]: height of the keep-out surface, 0 on the axis. alpha [m^(1/gamma - 2)], rho_0 [m]; others [-]."""
     base = alpha * (x * x + beta * y * y + rho_0 * rho_0)
     tip = alpha * rho_0 * rho_0
     height = math.pow(base, gamma) if base > 0.0 else 0.0
@@ -48,7 +48,7 @@ def clearance(r, alpha, beta, gamma, rho_0, z_0, gradient):
 
 @kernel
 def terrain_gradient_printed(r, alpha, beta, gamma, k_f1, out):
-    """df1/dr^D, to (3,), eq. (53) as printed (its y_D, x_D read y_BD^D, x_BD^D). Singular on the axis for gamma < 1/2."""
+    """df1/dr^D, to (3,), eq. (53) as printed (its y_D, x_D read y_BD^D, x_BD^D). Singular on the axis, gamma < 1/2."""
     x, y = r[0], r[1]
     power = math.pow(alpha * (x * x + beta * y * y), gamma - 1.0)
     out[0] = 2.0 * k_f1 * alpha * gamma * x * power

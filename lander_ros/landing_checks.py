@@ -46,7 +46,7 @@ def start_margins(p, r, q) -> tuple[float, float]:
 
 
 def require_start(p, r, q, where: str = "lander.start") -> None:
-    """Refuse a start inside the keep-out funnel or, beyond r_off, outside the view cone; the sentence has the margins."""
+    """Refuse a start inside the keep-out funnel or, beyond r_off, without the site in view; says the margins."""
     d, margin = start_margins(p, r, q)
     distance = math.sqrt(float(sum(np.asarray(r, dtype=float) ** 2)))
     faults = []

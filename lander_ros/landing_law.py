@@ -32,7 +32,7 @@ class LandingLaw(LanderModel):
     pull_radius: float = field(35.0, unit="m", gt=0, source=OURS, doc="delta; the pull never exceeds k_t delta")
     attitude_gain: float = field(32.0, unit="N m", gt=0, source=OURS, doc="k_b, of (1/2) k_b |b|^2")
     terrain_gain: float = field(13500.0, unit="J m", ge=0, source=OURS, doc="K_1; 0: no terrain barrier")
-    terrain_radius: float = field(60.0, unit="m", ge=0, source=OURS, doc="r_1, goal weighting; 0: none (hovers for ever)")
+    terrain_radius: float = field(60.0, unit="m", ge=0, source=OURS, doc="r_1, goal weighting; 0: none (it hovers)")
     view_gain: float = field(2.0, unit="N m", ge=0, source=OURS, doc="k_2; 0: no view barrier")
     view_radius: float = field(10.0, unit="m", gt=0, source=OURS, doc="r_2, goal weighting")
     view_cutoff_radius: float = field(5.0, unit="m", ge=0, source=OURS, doc="r_off, no view barrier inside")
@@ -56,8 +56,9 @@ class LandingLaw(LanderModel):
 def landing_law(p, r, q, alpha, w, gravity, work, gradient, force, torque):
     """Force (3,) [N] and torque (3,) [N m] in B, after the clip; returns how many of the six axes are clipped.
 
-    p: `LandingLaw` or a record with its fields. r (3,) r^D [m]; q (4,) x, y, z, w (B -> D); alpha (3,) [m/s] = R^T dr^D/dt;
-    w (3,) w_BD^B [rad/s]; gravity (3,) [m/s^2] the model's g^D at r. work (3, 3). ``gradient`` (6,) receives (G_w, G_a).
+    p: `LandingLaw` or a record with its fields. r (3,) r^D [m]; q (4,) x, y, z, w (B -> D); alpha (3,) [m/s] is
+    R^T dr^D/dt; w (3,) w_BD^B [rad/s]; gravity (3,) [m/s^2] the model's g^D at r. ``work`` is (3, 3); ``gradient`` (6,)
+    receives (G_w, G_a).
     """
     potential(p, r, q, work, gradient)
     fx, fy, fz, tx, ty, tz = feed_forward(p, r, q, gravity)

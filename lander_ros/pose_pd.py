@@ -1,7 +1,8 @@
 """The baseline: a PD law on the position and a PD law on the attitude, which knows no constraint.
 
 Ours, to have something to compare the landing law with: same feed-forward, same clip.
-  f = f_ff - k_p r^B - k_d alpha (+ 2 m zeta x alpha with Coriolis compensation),  tau = tau_ff - k_q sgn(q_0) q_v - D_w w.
+  f = f_ff - k_p r^B - k_d alpha (+ 2 m zeta x alpha with Coriolis compensation)
+  tau = tau_ff - k_q sgn(q_0) q_v - D_w w
 """
 
 import math
@@ -15,7 +16,7 @@ OURS = "baseline of ours"
 
 
 class PosePd(LanderModel):
-    """Parameters of `pose_pd`. The position loop is critically damped; k_q is the landing law's k_b/8, its slope at 0."""
+    """Parameters of `pose_pd`. The position loop is critically damped; k_q is k_b/8, the landing law's slope at 0."""
 
     position_gain: float = field(0.04, unit="N/m", ge=0, source=OURS, doc="k_p")
     velocity_gain: float = field(2.0 * math.sqrt(0.04 * 500.0), unit="N s/m", ge=0, source=OURS, doc="k_d")

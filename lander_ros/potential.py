@@ -9,9 +9,9 @@ form is not in the public text: the terms below are ours. With r = |r^D|, b the 
   U_1 = K_1 w_1 / d,                w_1 = r^4/(r^4 + r_1^4)         terrain barrier
   U_2 = k_2 w_2 (1 - c)/(c - c_m),  w_2 = s^2,  s = max(r^2 - r_off^2, 0)/(r^2 + r_2^2)   view barrier
 
-U >= 0, U = 0 only at the goal, and grad U = 0 there, because w_1 and w_2 vanish at the goal. terrain_radius r_1 = 0 gives
-the naive barrier w_1 = 1, which hovers above the site for ever. Where d or c - c_m is below its floor the barrier is
-evaluated at the floor: finite, and still pushing inward.
+U >= 0, U = 0 only at the goal, and grad U = 0 there, because w_1 and w_2 vanish at the goal. terrain_radius r_1 = 0
+gives the naive barrier w_1 = 1, which hovers above the site for ever. Where d or c - c_m is below its floor the barrier
+is evaluated at the floor: finite, and still pushing inward.
 """
 
 import math
@@ -48,7 +48,7 @@ def terrain_barrier(r_squared, d, k_1, r_1, d_floor):
 
 @kernel
 def view_barrier(r_squared, c, k_2, r_2, r_off, c_m, c_floor):
-    """U_2 [J], its slope along r^D [N/m] and dU_2/dc [J]: grad U_2 = slope_r r^D + dU_2/dc grad c. 0 inside r_off [m]."""
+    """U_2 [J], its slope along r^D [N/m] and dU_2/dc [J]: grad U_2 = slope_r r^D + dU_2/dc grad c; 0 inside r_off."""
     if r_squared <= r_off * r_off:
         return 0.0, 0.0, 0.0
     low = r_squared + r_2 * r_2
@@ -63,8 +63,8 @@ def view_barrier(r_squared, c, k_2, r_2, r_off, c_m, c_floor):
 def potential(p, r, q, work, gradient):
     """(U_t, U_r, U_1, U_2) [J], d [m] and c [-] at the pose r^D (3,), q (4,); the law's form of the gradient.
 
-    ``gradient`` (6,) receives (1/4) Gamma dU/dB without the zero slots: torque-conjugate [N m], force-conjugate [N], both
-    in B. ``work`` is (3, 3). ``p`` has the fields of `lander_ros.landing_law.LandingLaw`.
+    ``gradient`` (6,) receives (1/4) Gamma dU/dB without the zero slots: torque-conjugate [N m], force-conjugate [N],
+    both in B. ``work`` is (3, 3). ``p`` has the fields of `lander_ros.landing_law.LandingLaw`.
     """
     r_squared = r[0] * r[0] + r[1] * r[1] + r[2] * r[2]
     c_m = math.cos(p.view_half_angle)

@@ -4,7 +4,7 @@ Source: Zhang and Cai, "Twistor-based pose control for asteroid landing with pat
 2427-2448 (2020), Appendix A. The definition B = (Q - 1)(Q + 1)^-1 is not printed in the parts of the paper that are
 public; every matrix of Appendix A follows from it exactly (tests/lander/test_appendix_a.py).
 
-Dual quaternion  Q = q + eps q',  q rotates B -> D,  q' = (1/2) r^D q = (1/2) q r^B,  r = from the origin of D to that of B.
+Dual quaternion  Q = q + eps q',  q rotates B -> D,  q' = (1/2) r^D q = (1/2) q r^B,  r from the origin of D to B's.
 Twistor          B = b + eps b',  b = q_v / (1 + q_0) = n tan(theta / 4), the modified Rodrigues parameters.
 Both are arrays (8,) in the paper's order [vector, scalar | vector, scalar]; the scalars b4 and b8 of a twistor are 0.
 """
@@ -22,7 +22,7 @@ UNIT_TOLERANCE = 1e-6  # [-] how far the norm of a quaternion given by a user ma
 
 @kernel
 def dual_multiply(a, b, out):
-    """Product of two dual quaternions (8,): a b = a_r b_r + eps (a_r b_d + a_d b_r); ``out`` (8,) is neither of them."""
+    """Product of two dual quaternions (8,): a b = a_r b_r + eps (a_r b_d + a_d b_r); ``out`` (8,) is neither."""
     multiply(a[:4], b[4:], out[4:])
     multiply(a[4:], b[:4], out[:4])
     for i in range(4):
@@ -70,7 +70,7 @@ def twistor_from_dual(dual, out):
 
 @kernel
 def dual_from_twistor(twistor, out):
-    """Q = (1 + B)(1 - B)^-1 of a twistor (8,), to (8,): the dual part is the derivative of [2b, 1 - |b|^2]/(1 + |b|^2)."""
+    """Q = (1 + B)(1 - B)^-1 of a twistor (8,), to (8,): q = [2b, 1 - |b|^2]/(1 + |b|^2), q' its dual derivative."""
     n = twistor[0] * twistor[0] + twistor[1] * twistor[1] + twistor[2] * twistor[2]
     n_dual = 2.0 * (twistor[0] * twistor[4] + twistor[1] * twistor[5] + twistor[2] * twistor[6])
     s = 1.0 + n

@@ -1,6 +1,6 @@
 """6-DOF relative dynamics in twistor form: the motion of B and of the motor V, as dual vectors.
 
-Source: Zhang and Cai, Nonlinear Dynamics 100, 2427-2448 (2020), Appendix B (the terms of V1', V2'); ours: the full equation
+Source: Zhang and Cai, Nonlinear Dynamics 100, 2427-2448 (2020), Appendix B, for the terms; the whole is ours
 
   dB/dt = (1/4) Gamma^T V
   M dV/dt = F_u + F_g - V_BI x M V_BI + M(V x V_DI)      for a uniformly rotating body,  V_BI = V + V_DI
@@ -36,8 +36,7 @@ def dual_inertia(mass, inertia, a, out):
 def twistor_state_rate(p, inertia_inverse, gravity, state, force, torque, work, out):
     """d(B, V)/dt, to (16,), under force [N] and torque [N m] (3,) in B and gravity g^D (3,) [m/s^2].
 
-    p: mass, inertia, site_position, site_spin as in `landing_law.LandingLaw`; inertia_inverse (3, 3) = J^-1. ``work`` is
-    (8, 8).
+    p: mass, inertia, site_position, site_spin as in `LanderModel`; inertia_inverse (3, 3) = J^-1. ``work`` is (8, 8).
     """
     motor, site, total, momentum = work[0], work[1], work[2], work[3]
     first, second, third = work[4], work[5], work[6]

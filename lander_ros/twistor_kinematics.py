@@ -91,7 +91,7 @@ def gamma_matrix(twistor, out):
 
 @kernel
 def conjugate_wrench(twistor, gradient, gamma, out):
-    """(1/4) Gamma dU/dB, to (8,): slots 0:3 the torque-conjugate, 4:7 the force-conjugate, both in B. ``gamma`` is work.
+    """(1/4) Gamma dU/dB, to (8,): slots 0:3 torque-conjugate, 4:7 force-conjugate, both in B. ``gamma`` (8, 8) is work.
 
     dU/dt = ((1/4) Gamma dU/dB)^T V, for the gradient (8,) of U with respect to the twistor.
     """
@@ -132,7 +132,7 @@ def twistor_rate(twistor, motor, out):
 
 @kernel
 def position_jacobian(twistor, out):
-    """(d r^D / dB^T)^T, to (8, 3), Appendix A (1) as printed: row i is the derivative of r^D to B_i, so dU/dB = J dU/dr^D.
+    """(d r^D / dB^T)^T, to (8, 3), Appendix A (1) as printed: row i is the derivative of r^D to B_i; dU/dB = J dU/dr^D.
 
     The rows of the scalars b4 and b8 are zero.
     """
@@ -140,8 +140,8 @@ def position_jacobian(twistor, out):
     b5, b6, b7 = twistor[4], twistor[5], twistor[6]
     q1, q2, q3 = b1 * b1, b2 * b2, b3 * b3
     s = q1 + q2 + q3 + 1.0
-    common_y = -b6 * q1 + 2.0 * b2 * b5 * b1 - 2.0 * b7 * b1 + 2.0 * b3 * b5 + q2 * b6 - q3 * b6 + b6 + 2.0 * b2 * b3 * b7
-    common_z = -b7 * q1 + 2.0 * b3 * b5 * b1 + 2.0 * b6 * b1 - 2.0 * b2 * b5 + 2.0 * b2 * b3 * b6 - q2 * b7 + q3 * b7 + b7
+    y = -b6 * q1 + 2.0 * b2 * b5 * b1 - 2.0 * b7 * b1 + 2.0 * b3 * b5 + q2 * b6 - q3 * b6 + b6 + 2.0 * b2 * b3 * b7
+    z = -b7 * q1 + 2.0 * b3 * b5 * b1 + 2.0 * b6 * b1 - 2.0 * b2 * b5 + 2.0 * b2 * b3 * b6 - q2 * b7 + q3 * b7 + b7
     along = b1 * b5 + b2 * b6 + b3 * b7
     a11 = -8.0 * (
         b5 * q1 * b1
@@ -149,7 +149,7 @@ def position_jacobian(twistor, out):
         + (-3.0 * b5 * q2 + 4.0 * b7 * b2 - 3.0 * q3 * b5 + b5 - 4.0 * b3 * b6) * b1
         - (q2 + q3 + 1.0) * (b2 * b6 + b3 * b7)
     )
-    a12 = 4.0 * (-4.0 * b1 * common_y - 2.0 * s * (-b2 * b5 + b1 * b6 + b7))
+    a12 = 4.0 * (-4.0 * b1 * y - 2.0 * s * (-b2 * b5 + b1 * b6 + b7))
     a13 = 8.0 * (
         b7 * q1 * b1
         - 3.0 * (b3 * b5 + b6) * q1
@@ -162,8 +162,8 @@ def position_jacobian(twistor, out):
         + ((-3.0 * q1 + q3 - 3.0) * b5 + 4.0 * b3 * (b6 - b1 * b7)) * b2
         + (q1 + q3 + 1.0) * (b1 * b6 + b7)
     )
-    a22 = 4.0 * (-4.0 * b2 * common_y + 2.0 * s * along)
-    a23 = 4.0 * (-4.0 * b2 * common_z - 2.0 * s * (b5 - b3 * b6 + b2 * b7))
+    a22 = 4.0 * (-4.0 * b2 * y + 2.0 * s * along)
+    a23 = 4.0 * (-4.0 * b2 * z - 2.0 * s * (b5 - b3 * b6 + b2 * b7))
     a31 = 8.0 * (
         b5 * q3 * b3
         + 3.0 * (b6 - b1 * b7) * q3
@@ -177,7 +177,7 @@ def position_jacobian(twistor, out):
         + (q1 + q2 + 1.0) * b2 * b7
         + (q1 - 4.0 * b2 * b3 * b1 + q2 - 3.0 * q3 + 1.0) * b5
     )
-    a33 = 4.0 * (-4.0 * b3 * common_z + 2.0 * s * along)
+    a33 = 4.0 * (-4.0 * b3 * z + 2.0 * s * along)
     cube = s * s * s
     out[0, 0], out[0, 1], out[0, 2] = a11 / cube, a12 / cube, a13 / cube
     out[1, 0], out[1, 1], out[1, 2] = a21 / cube, a22 / cube, a23 / cube

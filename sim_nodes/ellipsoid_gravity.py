@@ -1,9 +1,10 @@
 """Gravity of a homogeneous triaxial ellipsoid in closed form, and landing sites on its surface.
 
-  g_i = -mu x_i R_D(others^2 + lambda; a_i^2 + lambda),  lambda = largest root of sum x_i^2/(a_i^2 + lambda) = 1, 0 inside,
+  g_i = -mu x_i R_D(others^2 + lambda; a_i^2 + lambda)
+  lambda = the largest root of sum x_i^2/(a_i^2 + lambda) = 1; 0 inside
 
-with Carlson's R_D (B. C. Carlson, "Numerical computation of real or complex elliptic integrals", Numerical Algorithms 10,
-13-26 (1995)): the field of MacLaurin and Ivory, finite and exact down to the surface, where spherical harmonics diverge.
+with Carlson's R_D (B. C. Carlson, "Numerical computation of real or complex elliptic integrals", Numerical Algorithms
+10, 13-26 (1995)): exact down to the surface, where spherical harmonics diverge.
 Axes of A: the body's principal axes, fixed in it, origin at its centre. Units SI.
 """
 

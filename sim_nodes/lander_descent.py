@@ -1,4 +1,4 @@
-"""Reference descents: plant and law in one compiled loop, with perfect navigation, in continuous time or at a fixed rate.
+"""Reference descents: plant and law in one compiled loop, perfect navigation, in continuous time or at a fixed rate.
 
 ``law(law_p, r, q, alpha, w, g_model, work, gradient, force, torque) -> clipped axes`` is any kernel of that form, e.g.
 `landing_law` or `pose_pd`; it comes from the caller, so the truth does not import flight software. In continuous time
@@ -82,7 +82,7 @@ def watched(watch, state, matrix):
 
 @kernel
 def command(law, law_p, gravity, field, p, state, gravity_scale, matrix, vectors, gradient):
-    """Evaluate the law at a state with perfect navigation; force is vectors[0], torque vectors[1]; returns clipped axes.
+    """Evaluate the law at a state, perfect navigation; force is vectors[0], torque vectors[1]; returns clipped axes.
 
     The model's gravity is the truth's times gravity_scale. ``vectors`` is (7, 3), its rows 4:7 are the law's work.
     """
@@ -199,7 +199,7 @@ def fly(
 ) -> tuple[Descent, np.ndarray, np.ndarray]:
     """Fly one descent; returns the `Descent`, the state (14,) at its end and the history (rows, 20).
 
-    dt, duration, control_period (0: continuous), record_period in s. A history row is the state, force [N], torque [N m].
+    dt, duration, control_period (0: continuous), record_period in s. A history row: state, force [N], torque [N m].
     """
     hold_steps = round(control_period / dt)
     every = max(1, round(record_period / dt))

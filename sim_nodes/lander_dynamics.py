@@ -4,7 +4,8 @@ Frames: A fixed in the body (spin about z_A), D at the landing site, fixed in A,
   r^D (0:3) [m], v = d(r^D)/dt (3:6) [m/s], q B -> D, x, y, z, w (6:10), w_BD^B (10:13) [rad/s], mass (13) [kg].
 
   m dv/dt = R f + m g^D - 2 m w_D x v - m w_D x (w_D x (rho_D + r))
-  J dw_BI/dt + w_BI x J w_BI = tau + tau_gg,  w_BI = w + R^T w_D,  dw/dt = dw_BI/dt + w x R^T w_D,  dq/dt = (1/2) q (0, w)
+  J dw_BI/dt + w_BI x J w_BI = tau + tau_gg,  w_BI = w + R^T w_D
+  dw/dt = dw_BI/dt + w x R^T w_D,  dq/dt = (1/2) q (0, w)
   tau_gg = (3 mu/R^5) x^B x J x^B  (where asked for; central field)
 
 ``gravity(field, x, y, z)`` is any kernel that gives g^A [m/s^2] at a point of A, e.g. `ellipsoid_gravity`.
@@ -156,7 +157,7 @@ def normalise_attitude(state):
 
 @kernel
 def hold_step(gravity, field, p, state, force, torque, mass_flow, dt, matrix, work):
-    """One Runge-Kutta step (4th order) of dt [s], in place, with the wrench held. ``work`` is (3, 14), ``matrix`` (3, 3)."""
+    """One classical Runge-Kutta step of dt [s], in place, the wrench held. ``work`` is (3, 14), ``matrix`` (3, 3)."""
     rate, total, stage = work[0], work[1], work[2]
     for i in range(STATES):
         stage[i] = state[i]
@@ -218,7 +219,8 @@ def approach_attitude(position, yaw, view_error, view_direction) -> np.ndarray:
     first /= math.sqrt(float(sum(first * first)))
     second = np.array([0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)])
     half = math.sin(0.5 * view_error)
-    third = np.array([half * math.cos(view_direction), half * math.sin(view_direction), 0.0, math.cos(0.5 * view_error)])
+    axis = math.cos(view_direction), math.sin(view_direction)
+    third = np.array([half * axis[0], half * axis[1], 0.0, math.cos(0.5 * view_error)])
     return _product(_product(first, second), third)
 
 

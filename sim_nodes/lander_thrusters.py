@@ -33,7 +33,7 @@ def delivered(command, limit, impulse_bit, period):
 
 @kernel
 def apply_thrusters(p, force_command, torque_command, period, force, torque):
-    """Delivered force (3,) [N] and torque (3,) [N m] over the control period [s]; returns the propellant flow [kg/s]."""
+    """Delivered force (3,) [N] and torque (3,) [N m] over the period [s]; returns the propellant flow [kg/s]."""
     force_sum = 0.0
     torque_sum = 0.0
     for i in range(3):
