@@ -49,14 +49,10 @@ def walk(data, start, stop, opcodes, starts, stops):
 
 
 @_compiled
-def message_heads(data, starts, channels, sequences, log_times, publish_times):
-    """Read the fixed head of message records. starts: (n,) int64 first content byte; the rest (n,) out."""
+def read_field(data, starts, offset, size, out):
+    """Read the little-endian number of ``size`` bytes at ``offset`` behind every start. starts, out: (n,)."""
     for i in range(len(starts)):
-        at = starts[i]
-        channels[i] = _little_endian(data, at, 2)
-        sequences[i] = _little_endian(data, at + 2, 4)
-        log_times[i] = _little_endian(data, at + 6, 8)
-        publish_times[i] = _little_endian(data, at + 14, 8)
+        out[i] = _little_endian(data, starts[i] + offset, size)
 
 
 @_compiled

@@ -81,8 +81,7 @@ def _compare(a, b, topic):
     if not wrong.any():
         same = count_a == count_b
         return TopicDifference(topic, count_a, count_b, same, same)
-    differences, first = _compare_fields(
-        a[topic][:common], b[topic][:common], vector_paths(a.field_trees(topic), types[0]))
+    differences, first = _compare_values(a, b, topic, common)
     wrong_stamps = np.flatnonzero(stamps_a != stamps_b)
     if len(wrong_stamps) and (first is None or wrong_stamps[0] <= first[0]):
         index = int(wrong_stamps[0])
@@ -102,6 +101,21 @@ def _bytes_differ(a, b, common):
             return np.ones(common, bool)
         return (a[:common] != b[:common]).any(axis=1)
     return np.array([bytes(x) != bytes(y) for x, y in zip(a[:common], b[:common])], bool)
+
+
+def _compare_values(a, b, topic, common):
+    """`_compare_fields` of two topics; strings and lengths that are constant in both bags count as fields."""
+    vectors = vector_paths(a.field_trees(topic), a.topic(topic).type_name)
+    layouts = a.layout(topic), b.layout(topic)
+    if None in layouts or layouts[0].dtype != layouts[1].dtype:
+        return _compare_fields(a.decoded(topic)[:common], b.decoded(topic)[:common], vectors)
+    found, first = _compare_fields(a[topic][:common], b[topic][:common], vectors)
+    for path in dict.fromkeys([*layouts[0].constants, *layouts[1].constants]):
+        values = [layout.constants.get(path) for layout in layouts]
+        if values[0] != values[1]:
+            found[path] = FieldDifference(np.inf, np.inf)
+            first = (0, path, *values) if first is None or first[0] > 0 else first
+    return found, first
 
 
 def _compare_fields(a, b, vectors):

@@ -139,7 +139,10 @@ class _Walker:
         return np.dtype((fmt, (length,))), start
 
     def _structs(self, type_name, length, path):
-        made = [self._nested(type_name, f"{path}[{i}]") for i in range(length)]
+        made = []
+        for i in range(length):
+            self._align(_first_alignment(self.trees, type_name))
+            made.append(self._nested(type_name, f"{path}[{i}]"))
         if not made or made[0] is None:
             return None
         (first, start), starts = made[0], np.array([entry[1] for entry in made])
@@ -152,6 +155,18 @@ class _Walker:
             first = np.dtype({"names": first.names, "formats": [first.fields[n][0] for n in first.names],
                               "offsets": [first.fields[n][1] for n in first.names], "itemsize": stride})
         return np.dtype((first, (length,))), start
+
+
+def _first_alignment(trees, type_name):
+    """Alignment [bytes] of the first number of a struct."""
+    kind, argument = trees[type_name][0][1]
+    if kind == Nodetype.ARRAY:
+        kind, argument = argument[0]
+    if kind == Nodetype.NAME:
+        return _first_alignment(trees, argument)
+    if kind == Nodetype.SEQUENCE or argument[0] == "string":
+        return 4
+    return np.dtype(PRIMITIVES[_known(argument[0])]).itemsize
 
 
 def _known(primitive):

@@ -11,7 +11,7 @@ from mcap.data_stream import ReadDataStream
 from mcap.exceptions import EndOfFile
 from mcap.opcode import Opcode
 
-from flight_graph.bag.byte_kernels import walk
+from flight_graph.bag.byte_kernels import read_field, walk
 
 _CHUNK_HEAD = struct.Struct("<QQQI")
 _ATTACHMENT_CRC = struct.Struct("<I")
@@ -30,6 +30,18 @@ def list_records(data: np.ndarray, start: int, stop: int):
         if count <= room:
             return opcodes[:count], starts[:count], stops[:count], end
         room = count
+
+
+_FIELDS = {"channel": (0, 2, np.uint16), "sequence": (2, 4, np.uint32), "log_time": (6, 8, np.uint64),
+           "publish_time": (14, 8, np.uint64)}  # of a message record: offset, size, type
+
+
+def message_field(data: np.ndarray, starts: np.ndarray, name: str) -> np.ndarray:
+    """Return (n,) the field of the message records whose content starts at ``starts``."""
+    offset, size, dtype = _FIELDS[name]
+    out = np.empty(len(starts), dtype)
+    read_field(data, starts, offset, size, out)
+    return out
 
 
 def parse(kind, content: bytes):
@@ -94,4 +106,4 @@ def _decompress(compression, packed, size, where):
     return content
 
 
-__all__ = ["ChunkRecord", "Damage", "Opcode", "attachment_checked", "list_records", "parse"]
+__all__ = ["ChunkRecord", "Damage", "Opcode", "attachment_checked", "list_records", "message_field", "parse"]

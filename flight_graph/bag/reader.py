@@ -127,7 +127,8 @@ class Bag:
         wanted = {self.topic(name).name for name in topics} if topics is not None else set(self.topics)
         for part in self._contents:
             names = {channel.id: channel.topic for channel in part.channels.values() if channel.topic in wanted}
-            for content, begin, end in _runs(part, np.arange(len(part.messages.block))):
+            for block, begin, end in part.runs(np.arange(len(part.messages.start))):
+                content = part.blocks[block].content().tobytes()
                 rows = zip(part.messages.channel[begin:end].tolist(), part.messages.log_time[begin:end].tolist(),
                            part.messages.start[begin:end].tolist(), part.messages.stop[begin:end].tolist())
                 for channel, time, start, stop in rows:
@@ -140,7 +141,7 @@ class Bag:
 
     def sequences(self, topic: str) -> np.ndarray:
         """Return (n,) uint32 sequence numbers of a topic, in write order."""
-        return self._column(topic, "sequence")
+        return np.concatenate([part.sequences(numbers) for part, numbers in self._select(topic)])
 
     def payloads(self, topic: str):
         """Return the payloads of a topic: (n, size) uint8 where all are of one size, else a list of bytes."""
@@ -148,7 +149,7 @@ class Bag:
         if len(sizes) and (sizes == sizes[0]).all():
             out = np.empty((len(sizes), sizes[0]), np.uint8)
             for content, starts, row in self._blocks(topic):
-                gather(np.frombuffer(content, np.uint8), starts, int(sizes[0]), out[row:row + len(starts)])
+                gather(content, starts, int(sizes[0]), out[row:row + len(starts)])
             return out
         return [payload for _, _, payload in self.messages([topic])]
 
@@ -171,30 +172,40 @@ class Bag:
         With a fixed layout the rows are the bytes of the messages, gathered from the chunks; nothing is decoded.
         """
         if topic not in self._arrays:
-            info, trees = self.topic(topic), self.field_trees(topic)
             try:
-                self._layouts[topic], self._arrays[topic] = self._fixed(topic, info, trees) or (
-                    None, Decoder(trees, info.type_name).decode(p for _, _, p in self.messages([topic])))
+                fixed = self._fixed(topic)
             except Misfit as error:
-                raise BagError(f"bag '{self.path}', topic '{topic}': a message is {error}") from None
+                raise self._misfit(topic, error) from None
+            self._layouts[topic], self._arrays[topic] = fixed or (None, self.decoded(topic))
         return self._arrays[topic]
 
-    def _fixed(self, topic, info, trees):
+    def decoded(self, topic: str) -> np.ndarray:
+        """The messages of a topic through the general decoder, strings and sequences included, whatever the layout."""
+        try:
+            decoder = Decoder(self.field_trees(topic), self.topic(topic).type_name)
+            return decoder.decode(payload for _, _, payload in self.messages([topic]))
+        except Misfit as error:
+            raise self._misfit(topic, error) from None
+
+    def _misfit(self, topic, error):
+        return BagError(f"bag '{self.path}', topic '{topic}': a message is unreadable ({error})")
+
+    def _fixed(self, topic):
         sizes = self._sizes(topic)
         if not len(sizes) or (sizes != sizes[0]).any():
             return None
         content, starts, _ = next(self._blocks(topic))
         try:
-            layout = fixed_layout(trees, info.type_name, content[starts[0]:starts[0] + sizes[0]])
+            layout = fixed_layout(
+                self.field_trees(topic), self.topic(topic).type_name, content[starts[0]:starts[0] + sizes[0]].tobytes())
         except Ragged:
             return None
         width = layout.dtype.itemsize
         out = np.zeros((len(sizes), width), np.uint8) if width > layout.size else np.empty((len(sizes), width), np.uint8)
         for content, starts, row in self._blocks(topic):
-            data = np.frombuffer(content, np.uint8)
-            if not constants_hold(data, starts, layout.columns, layout.values):
+            if not constants_hold(content, starts, layout.columns, layout.values):
                 return None
-            gather(data, starts + 4, layout.size, out[row:row + len(starts)])
+            gather(content, starts + 4, layout.size, out[row:row + len(starts)])
         return layout, out.reshape(-1).view(layout.dtype)
 
     def _select(self, topic):
@@ -215,18 +226,9 @@ class Bag:
         row = 0
         for part, numbers in self._select(topic):
             start = part.messages.start[numbers]
-            for content, begin, end in _runs(part, numbers):
-                yield content, start[begin:end], row + begin
+            for block, begin, end in part.runs(numbers):
+                yield part.blocks[block].content(), start[begin:end], row + begin
             row += len(numbers)
-
-
-def _runs(part, numbers):
-    """Yield (content, begin, end) of each run of messages numbers[begin:end] that stand in one block."""
-    block = part.messages.block[numbers]
-    edges = np.flatnonzero(np.diff(block)) + 1
-    for begin, end in zip([0, *edges.tolist()], [*edges.tolist(), len(block)]):
-        if end > begin:
-            yield part.blocks[block[begin]](), begin, end
 
 
 def _files(path: Path):

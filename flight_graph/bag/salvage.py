@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from mcap import records
 
-from flight_graph.bag.byte_kernels import MESSAGE, MESSAGE_HEAD, message_heads
+from flight_graph.bag.byte_kernels import MESSAGE, MESSAGE_HEAD
 from flight_graph.bag.mcap_file import MAGIC
-from flight_graph.bag.mcap_records import ChunkRecord, Damage, Opcode, attachment_checked, list_records, parse
+from flight_graph.bag.mcap_records import ChunkRecord, Damage, Opcode, attachment_checked, list_records, message_field, parse
 
 _DECLARATIONS = {Opcode.SCHEMA: records.Schema, Opcode.CHANNEL: records.Channel}
 _RESUME = (Opcode.CHUNK, Opcode.MESSAGE_INDEX, Opcode.ATTACHMENT, Opcode.METADATA, Opcode.DATA_END)
@@ -87,9 +87,9 @@ class Salvage:
             self.declare(_DECLARATIONS[opcodes[i]], content[starts[i]:stops[i]], trusted)
         chosen = (opcodes == MESSAGE) & (stops - starts >= MESSAGE_HEAD)
         if chosen.any():
-            heads = [np.empty(int(chosen.sum()), dtype) for dtype in (np.uint16, np.uint32, np.uint64, np.uint64)]
-            message_heads(data, starts[chosen], *heads)
-            self.blocks.append(Block(content, starts[chosen] + MESSAGE_HEAD, stops[chosen], *heads))
+            heads = {name: message_field(data, starts[chosen], name)
+                     for name in ("channel", "sequence", "log_time", "publish_time")}
+            self.blocks.append(Block(content, starts[chosen] + MESSAGE_HEAD, stops[chosen], **heads))
 
 
 def salvage_file(data: np.ndarray, name: str) -> Salvage:

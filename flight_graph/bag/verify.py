@@ -9,32 +9,31 @@ import numpy as np
 import zstandard
 from mcap import records
 
-from flight_graph.bag.byte_kernels import MESSAGE, MESSAGE_HEAD, message_heads
+from flight_graph.bag.blocks import Chunks, list_blocks
+from flight_graph.bag.byte_kernels import MESSAGE, MESSAGE_HEAD, read_field
 from flight_graph.bag.mcap_file import LIBRARY, MAGIC
-from flight_graph.bag.mcap_records import ChunkRecord, Damage, Opcode, attachment_checked, list_records, parse
+from flight_graph.bag.mcap_records import Damage, Opcode, attachment_checked, list_records, message_field, parse
 
 _FOOTER = struct.Struct("<BQQQI")
 _TAIL = _FOOTER.size + len(MAGIC)  # [bytes] footer record and end magic
-_KEEP = 1 << 30  # [bytes] decompressed chunks of a file are kept up to this total
+_KEEP = 1 << 30  # [bytes] decompressed blocks of a file are kept up to this total; the rest is decompressed again
 
 
 @dataclass
 class Messages:
-    """Where the messages of a file are. All (n,), in write order: number of the block, first payload byte in it, byte
-    behind the last, channel id, sequence, log time and publish time [ns]."""
+    """Where the messages of a file are, in write order. All (n,): first payload byte in its block, byte behind the last,
+    channel id, log time [ns]; first: (blocks + 1,) number of the first message of each block."""
 
-    block: np.ndarray
     start: np.ndarray
     stop: np.ndarray
     channel: np.ndarray
-    sequence: np.ndarray
     log_time: np.ndarray
-    publish_time: np.ndarray
+    first: np.ndarray
 
 
 @dataclass
 class McapContents:
-    """What a sound file holds. blocks: functions that return the bytes of a chunk, or of a run of unchunked messages."""
+    """What a sound file holds."""
 
     library: str = ""
     checked: bool = False  # a checksum covers every byte
@@ -44,6 +43,19 @@ class McapContents:
     metadata: list = field(default_factory=list)
     blocks: list = field(default_factory=list)
     messages: Messages = None
+
+    def sequences(self, numbers: np.ndarray) -> np.ndarray:
+        """Return (n,) uint32 sequence numbers of messages."""
+        parts = [message_field(self.blocks[block].content(), self.messages.start[numbers[begin:end]] - MESSAGE_HEAD,
+                               "sequence") for block, begin, end in self.runs(numbers)]
+        return np.concatenate([np.empty(0, np.uint32), *parts])
+
+    def runs(self, numbers: np.ndarray):
+        """Yield (block number, begin, end) of each run of messages numbers[begin:end] (rising) within one block."""
+        bounds = np.searchsorted(numbers, self.messages.first).tolist()
+        for block, (begin, end) in enumerate(zip(bounds, bounds[1:])):
+            if end > begin:
+                yield block, begin, end
 
 
 def map_file(path: Path) -> np.ndarray:
@@ -110,26 +122,19 @@ def _check_sums(data, library, end_start, end_stop, footer):
 
 def _read_data(contents, data, opcodes, starts, stops):
     """Collect the records of the data section; return its chunks."""
-    chunks, tables, kept = [], [], 0
-    in_run = opcodes == MESSAGE
-    first_of_run = in_run & ~np.concatenate(([False], in_run[:-1]))
-    for i in np.flatnonzero((opcodes != Opcode.MESSAGE_INDEX) & (~in_run | first_of_run)):
+    where = opcodes == Opcode.CHUNK
+    chunks = Chunks.listed(data, starts[where], stops[where])
+    tables, kept = [], 0
+    for block, sizes, run in list_blocks(data, opcodes, starts, stops, chunks):
+        content = block.content() if contents.checked else block.verified()
+        kept += len(content)
+        if kept <= _KEEP:
+            block.keep(content)
+        contents.blocks.append(block)
+        tables.append(_table(content, *(run if run is not None else _read_chunks(contents, content, sizes))))
+    for i in np.flatnonzero(~np.isin(opcodes, (Opcode.CHUNK, Opcode.MESSAGE_INDEX, MESSAGE))):
         opcode, start, stop = opcodes[i], int(starts[i]), int(stops[i])
-        if opcode == Opcode.CHUNK:
-            chunk = ChunkRecord(data, start, stop)
-            content = chunk.content()
-            kept += len(content)
-            contents.blocks.append((lambda held=content: held) if kept <= _KEEP else
-                                   (lambda chunk=chunk: chunk.content(verify=False)))
-            chunks.append(chunk)
-            tables.append(_read_chunk(contents, np.frombuffer(content, np.uint8), len(contents.blocks) - 1, chunk))
-        elif opcode == MESSAGE:
-            behind = np.flatnonzero(~in_run[i:])
-            last = i + int(behind[0]) if len(behind) else len(opcodes)
-            begin, end = start, int(stops[last - 1])
-            contents.blocks.append(lambda begin=begin, end=end: _bytes(data, begin, end))
-            tables.append(_table(data, starts[i:last], stops[i:last], len(contents.blocks) - 1, begin))
-        elif opcode == Opcode.ATTACHMENT:
+        if opcode == Opcode.ATTACHMENT:
             raw = _bytes(data, start, stop)
             if raw[-4:] != b"\0\0\0\0" and not attachment_checked(raw):
                 raise Damage("an attachment fails its checksum")
@@ -145,14 +150,19 @@ def _read_data(contents, data, opcodes, starts, stops):
     return chunks
 
 
-def _read_chunk(contents, content, number, chunk):
+def _read_chunks(contents, content, sizes):
+    """Return (starts, stops) of the messages of joined chunks; take their declarations."""
     opcodes, starts, stops, end = list_records(content, 0, len(content))
-    if end != len(content):
-        raise Damage(f"the records of the chunk at byte {chunk.start} do not fill it")
+    bounds = np.cumsum(sizes)
+    begins = bounds[:-1][bounds[:-1] < len(content)]
+    if end != len(content) or not np.isin(begins + 9, starts).all():
+        raise Damage("the records of a chunk do not fill it")
     is_message = opcodes == MESSAGE
+    if is_message.all():
+        return starts, stops
     for i in np.flatnonzero(~is_message):
         _declare(contents, opcodes[i], content, int(starts[i]), int(stops[i]))
-    return _table(content, starts[is_message], stops[is_message], number, 0)
+    return starts[is_message], stops[is_message]
 
 
 def _declare(contents, opcode, data, start, stop):
@@ -164,38 +174,40 @@ def _declare(contents, opcode, data, start, stop):
                 raise Damage(f"it declares {kind.__name__.lower()} {record.id} in two ways")
 
 
-def _table(data, starts, stops, number, origin):
-    count = len(starts)
+def _table(content, starts, stops):
     if (stops - starts < MESSAGE_HEAD).any():
         raise Damage("a message is too short")
-    heads = [np.empty(count, dtype) for dtype in (np.uint16, np.uint32, np.uint64, np.uint64)]
-    message_heads(data, starts, *heads)
-    return (np.full(count, number, np.int64), starts + MESSAGE_HEAD - origin, stops - origin, *heads)
+    return (starts + MESSAGE_HEAD, stops, message_field(content, starts, "channel"),
+            message_field(content, starts, "log_time"))
 
 
 def _joined(tables):
-    if not tables:
-        tables = [_table(np.empty(0, np.uint8), *[np.empty(0, np.int64)] * 2, 0, 0)]
-    joined = Messages(*[np.concatenate(column) for column in zip(*tables)])
-    for name in ("log_time", "publish_time"):
-        times = getattr(joined, name)
-        if (times >> np.uint64(63)).any():
-            raise Damage("a message has an impossible time")
-        setattr(joined, name, times.view(np.int64))
-    return joined
+    nothing = np.empty(0, np.int64)
+    tables = [(nothing, nothing, nothing.astype(np.uint16), nothing.astype(np.uint64)), *tables]
+    start, stop, channel, log_time = (np.concatenate(column) for column in zip(*tables))
+    if (log_time >> np.uint64(63)).any():
+        raise Damage("a message has an impossible time")
+    return Messages(start, stop, channel, log_time.view(np.int64), np.cumsum([len(table[0]) for table in tables]))
 
 
 def _check_summary(contents, chunks, data, opcodes, starts, stops):
     """Compare the summary with what the data section holds."""
-    indexed = []
-    for opcode, start, stop in zip(opcodes, starts, stops):
-        raw = _bytes(data, start, stop)
-        if opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-            _declare(contents, opcode, np.frombuffer(raw, np.uint8), 0, len(raw))
-        elif opcode == Opcode.CHUNK_INDEX:
-            index = parse(records.ChunkIndex, raw)
-            indexed.append((index.chunk_start_offset, index.chunk_start_offset + index.chunk_length))
-        elif opcode == Opcode.STATISTICS:
+    is_index = opcodes == Opcode.CHUNK_INDEX
+    if is_index.any():
+        place = {name: np.empty(int(is_index.sum()), np.int64) for name in ("start", "length")}
+        if (stops[is_index] - starts[is_index] < 32).any():
+            raise Damage("a chunk index is too short")
+        read_field(data, starts[is_index], 16, 8, place["start"])
+        read_field(data, starts[is_index], 24, 8, place["length"])
+        order = np.argsort(place["start"], kind="stable")
+        found = np.stack((chunks.start - 9, chunks.stop - chunks.start + 9))
+        if not np.array_equal(np.stack((place["start"], place["length"]))[:, order], found):
+            raise Damage("its index does not fit its chunks")
+    for i in np.flatnonzero(~is_index):
+        raw = _bytes(data, starts[i], stops[i])
+        if opcodes[i] in (Opcode.SCHEMA, Opcode.CHANNEL):
+            _declare(contents, opcodes[i], np.frombuffer(raw, np.uint8), 0, len(raw))
+        elif opcodes[i] == Opcode.STATISTICS:
             statistics = parse(records.Statistics, raw)
             ids, counts = np.unique(contents.messages.channel, return_counts=True)
             found = dict(zip(ids.tolist(), counts.tolist()))
@@ -203,5 +215,3 @@ def _check_summary(contents, chunks, data, opcodes, starts, stops):
             if statistics.message_count != len(contents.messages.channel) or (declared and declared != found):
                 raise Damage(f"it holds {len(contents.messages.channel)} messages where its summary counts "
                              f"{statistics.message_count}, or other ones")
-    if indexed and sorted(indexed) != [(chunk.start, chunk.stop) for chunk in chunks]:
-        raise Damage("its index does not fit its chunks")
