@@ -1,8 +1,9 @@
 """Reference descents: plant and law in one compiled loop, perfect navigation, in continuous time or at a fixed rate.
 
 ``law(law_p, r, q, alpha, w, g_model, work, gradient, force, torque) -> clipped axes`` is any kernel of that form, e.g.
-`landing_law` or `pose_pd`; it comes from the caller, so the truth does not import flight software. In continuous time
-(``hold_steps`` = 0) the law is evaluated in every Runge-Kutta stage; otherwise every ``hold_steps`` steps, and held.
+`landing_law` or `pose_pd`; it comes from the caller, so the truth does not import flight software (and numba cannot cache
+the loop: some seconds to compile). In continuous time (``hold_steps`` = 0) the law is evaluated in every Runge-Kutta
+stage; otherwise every ``hold_steps`` steps, and held.
 """
 
 import math
@@ -81,12 +82,12 @@ def watched(watch, state, matrix):
 
 
 @kernel
-def command(law, law_p, gravity, field, p, state, gravity_scale, matrix, vectors, gradient):
+def command(law, law_p, field, p, state, gravity_scale, matrix, vectors, gradient):
     """Evaluate the law at a state, perfect navigation; force is vectors[0], torque vectors[1]; returns clipped axes.
 
     The model's gravity is the truth's times gravity_scale. ``vectors`` is (7, 3), its rows 4:7 are the law's work.
     """
-    site_gravity(gravity, field, p, state, vectors[2])
+    site_gravity(field, p, state, vectors[2])
     for i in range(3):
         vectors[2, i] *= gravity_scale
     body_velocity(state, matrix, vectors[3])
@@ -106,7 +107,7 @@ def command(law, law_p, gravity, field, p, state, gravity_scale, matrix, vectors
 
 @kernel
 def descend(
-    law, law_p, gravity, field, p, watch, state, dt, steps, hold_steps, gravity_scale, every, history, work, vectors
+    law, law_p, field, p, watch, state, dt, steps, hold_steps, gravity_scale, every, history, work, vectors
 ):
     """Fly from ``state`` (14,), in place, until contact or for ``steps`` steps of dt [s]; returns a `Descent`.
 
@@ -130,7 +131,7 @@ def descend(
             view_max = max(view_max, angle)
         speed_max = max(speed_max, _length(state[3:6]))
         if hold_steps == 0 or step % hold_steps == 0:
-            clipped = command(law, law_p, gravity, field, p, state, gravity_scale, matrix, vectors, gradient)
+            clipped = command(law, law_p, field, p, state, gravity_scale, matrix, vectors, gradient)
         if step % every == 0 and step // every < rows:
             for i in range(STATES):
                 history[step // every, i] = state[i]
@@ -157,11 +158,11 @@ def descend(
             work[1, i] = 0.0
         for k in range(4):
             if hold_steps == 0 and k > 0:
-                command(law, law_p, gravity, field, p, work[2], gravity_scale, matrix, vectors, gradient)
+                command(law, law_p, field, p, work[2], gravity_scale, matrix, vectors, gradient)
             share = dt / 6.0 if k == 0 or k == 3 else dt / 3.0
             delta_v += share / state[13] * _length(force)
             torque_impulse += share * _length(torque)
-            state_rate(gravity, field, p, work[2], force, torque, 0.0, matrix, work[0])
+            state_rate(field, p, work[2], force, torque, 0.0, matrix, work[0])
             advance(state, work[0], k, dt, work[1], work[2])
         normalise_attitude(state)
     return Descent(
@@ -185,7 +186,6 @@ def descend(
 def fly(
     law,
     law_parameters,
-    gravity,
     field,
     plant,
     state,
@@ -211,7 +211,6 @@ def fly(
     outcome = descend(
         law,
         law_parameters,
-        gravity,
         field,
         plant,
         watch if watch is not None else Watch(),

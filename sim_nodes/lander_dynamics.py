@@ -8,7 +8,8 @@ Frames: A fixed in the body (spin about z_A), D at the landing site, fixed in A,
   dw/dt = dw_BI/dt + w x R^T w_D,  dq/dt = (1/2) q (0, w)
   tau_gg = (3 mu/R^5) x^B x J x^B  (where asked for; central field)
 
-``gravity(field, x, y, z)`` is any kernel that gives g^A [m/s^2] at a point of A, e.g. `ellipsoid_gravity`.
+``field`` holds the parameters of the gravity kernel, `ellipsoid_gravity(field, x, y, z)`. The kernel is named here and not
+handed in: a compiled function that takes a kernel as argument cannot be cached.
 """
 
 import math
@@ -18,6 +19,7 @@ import numpy as np
 
 from flight_graph.errors import FlightError
 from flight_graph.kernel import kernel
+from sim_nodes.ellipsoid_gravity import ellipsoid_gravity
 
 STATES = 14  # length of the state
 
@@ -81,10 +83,10 @@ def body_velocity(state, matrix, out):
 
 
 @kernel
-def site_gravity(gravity, field, p, state, out):
+def site_gravity(field, p, state, out):
     """The true g^D, to (3,) [m/s^2], at the position of a state."""
     ax, ay, az = _rows(p.site_rotation, state[0], state[1], state[2])
-    gx, gy, gz = gravity(field, p.site_position[0] + ax, p.site_position[1] + ay, p.site_position[2] + az)
+    gx, gy, gz = ellipsoid_gravity(field, p.site_position[0] + ax, p.site_position[1] + ay, p.site_position[2] + az)
     out[0], out[1], out[2] = _columns(p.site_rotation, gx, gy, gz)
 
 
@@ -104,7 +106,7 @@ def _solve(matrix, x, y, z):
 
 
 @kernel
-def state_rate(gravity, field, p, state, force, torque, mass_flow, matrix, out):
+def state_rate(field, p, state, force, torque, mass_flow, matrix, out):
     """d(state)/dt, to (14,), under force (3,) [N] and torque (3,) [N m] in B and a propellant flow >= 0 [kg/s].
 
     ``matrix`` (3, 3) is work.
@@ -113,7 +115,7 @@ def state_rate(gravity, field, p, state, force, torque, mass_flow, matrix, out):
     attitude_matrix(state, matrix)
     ax, ay, az = _rows(p.site_rotation, state[0], state[1], state[2])
     ax, ay, az = ax + p.site_position[0], ay + p.site_position[1], az + p.site_position[2]
-    gx, gy, gz = gravity(field, ax, ay, az)
+    gx, gy, gz = ellipsoid_gravity(field, ax, ay, az)
     # in A, w x (w x a) = -spin^2 (x, y, 0)
     gx, gy, gz = _columns(p.site_rotation, gx + spin * spin * ax, gy + spin * spin * ay, gz)
     wx, wy, wz = spin * p.site_rotation[2, 0], spin * p.site_rotation[2, 1], spin * p.site_rotation[2, 2]
@@ -156,14 +158,14 @@ def normalise_attitude(state):
 
 
 @kernel
-def hold_step(gravity, field, p, state, force, torque, mass_flow, dt, matrix, work):
+def hold_step(field, p, state, force, torque, mass_flow, dt, matrix, work):
     """One classical Runge-Kutta step of dt [s], in place, the wrench held. ``work`` is (3, 14), ``matrix`` (3, 3)."""
     rate, total, stage = work[0], work[1], work[2]
     for i in range(STATES):
         stage[i] = state[i]
         total[i] = 0.0
     for k in range(4):
-        state_rate(gravity, field, p, stage, force, torque, mass_flow, matrix, rate)
+        state_rate(field, p, stage, force, torque, mass_flow, matrix, rate)
         advance(state, rate, k, dt, total, stage)
     normalise_attitude(state)
 

@@ -8,7 +8,7 @@ import numpy as np
 from lander_ros.landing_law import LandingLaw, landing_law, lyapunov
 from lander_ros.pose_pd import PosePd, pose_pd
 from lander_ros.potential import potential
-from sim_nodes.ellipsoid_gravity import EROS_LIKE_SPIN, ellipsoid_gravity, ellipsoid_site, eros_like
+from sim_nodes.ellipsoid_gravity import EROS_LIKE_SPIN, ellipsoid_site, eros_like
 from sim_nodes.lander_descent import fly
 from sim_nodes.lander_dynamics import approach_attitude, body_velocity, lander_plant, site_gravity
 
@@ -35,10 +35,10 @@ def reference_landing():
 
     def fly_law(changes=(), **options):
         law = record(LandingLaw, **dict(changes))
-        return fly(landing_law, law, ellipsoid_gravity, body, plant, options.pop("state", state), **options)
+        return fly(landing_law, law, body, plant, options.pop("state", state), **options)
 
     def fly_pd(changes=(), **options):
-        return fly(pose_pd, record(PosePd, **dict(changes)), ellipsoid_gravity, body, plant, state, **options)
+        return fly(pose_pd, record(PosePd, **dict(changes)), body, plant, state, **options)
 
     def evaluate(state, p=law):
         """Law, potential and model gravity at a state, as a namespace."""
@@ -47,7 +47,7 @@ def reference_landing():
         )
         work = np.zeros((3, 3))
         at.r, at.q, at.w = state[0:3].copy(), state[6:10].copy(), state[10:13].copy()
-        site_gravity(ellipsoid_gravity, body, plant, state, at.g)
+        site_gravity(body, plant, state, at.g)
         body_velocity(state, np.zeros((3, 3)), at.alpha)
         at.clipped = landing_law(p, at.r, at.q, at.alpha, at.w, at.g, work, at.gradient, at.force, at.torque)
         *terms, at.d, at.c = potential(p, at.r, at.q, work, np.zeros(6))

@@ -69,7 +69,7 @@ def test_plant_against_the_inertial_frame(reference, mass_flow):
     matrix, work = np.zeros((3, 3)), np.zeros((3, STATES))
     for _ in range(400):
         hold_step(
-            ellipsoid_gravity, reference.body, reference.plant, state, force, torque, mass_flow, 0.1, matrix, work
+            reference.body, reference.plant, state, force, torque, mass_flow, 0.1, matrix, work
         )
     r, v, attitude, rates = expected
     np.testing.assert_allclose(state[0:3], r, rtol=0.0, atol=1e-7)
@@ -85,8 +85,8 @@ def test_gravity_gradient_torque_is_the_central_fields(reference):
     state = start_state([0, 0, 0], [0, 0, 0], Rotation.from_euler("xyz", [0.4, -0.7, 1.1]).as_quat(), [0, 0, 0])
     zero, matrix = np.zeros(3), np.zeros((3, 3))
     with_torque, without = np.zeros(STATES), np.zeros(STATES)
-    state_rate(ellipsoid_gravity, reference.body, plant, state, zero, zero, 0.0, matrix, with_torque)
-    state_rate(ellipsoid_gravity, reference.body, reference.plant, state, zero, zero, 0.0, matrix, without)
+    state_rate(reference.body, plant, state, zero, zero, 0.0, matrix, with_torque)
+    state_rate(reference.body, reference.plant, state, zero, zero, 0.0, matrix, without)
     torque = plant.inertia @ (with_torque - without)[10:13]
     moments, axes = np.linalg.eigh(plant.inertia)
     half = np.sqrt((0.5 * moments.sum() - moments) / 2.0)  # one unit mass at +- half on each principal axis
@@ -113,7 +113,7 @@ def twistor_flight(
             total[i] = 0.0
         for k in range(4):
             pose_from_twistor(stage[0:8], plant_state[0:3], plant_state[6:10])
-            site_gravity(ellipsoid_gravity, field, plant, plant_state, vectors[2])
+            site_gravity(field, plant, plant_state, vectors[2])
             if k == 0 or not held:
                 landing_law(
                     law_p,
@@ -190,7 +190,7 @@ def test_a_held_law_is_hold_steps(reference):
         at = reference.evaluate(state)
         for _ in range(10):
             hold_step(
-                ellipsoid_gravity, reference.body, reference.plant, state, at.force, at.torque, 0.0, 0.1, matrix, work
+                reference.body, reference.plant, state, at.force, at.torque, 0.0, 0.1, matrix, work
             )
     assert state.tobytes() == end.tobytes()
 

@@ -17,7 +17,6 @@ from lander_ros.landing_law import (
 from lander_ros.potential import potential, potential_gradient_twistor
 from lander_ros.twistor import from_pose
 from lander_ros.twistor_kinematics import conjugate_wrench
-from sim_nodes.ellipsoid_gravity import ellipsoid_gravity
 from sim_nodes.lander_descent import command
 from sim_nodes.lander_dynamics import (
     STATES,
@@ -48,7 +47,7 @@ def pose(reference, start):
 def rate_of_the_plant(reference, state, at, p):
     """dL/dt by the chain rule on the plant's own state rate."""
     rate, matrix = np.zeros(STATES), np.zeros((3, 3))
-    state_rate(ellipsoid_gravity, reference.body, reference.plant, state, at.force, at.torque, 0.0, matrix, rate)
+    state_rate(reference.body, reference.plant, state, at.force, at.torque, 0.0, matrix, rate)
     attitude_matrix(state, matrix)
     alpha_rate = matrix.T @ rate[3:6] - np.cross(at.w, at.alpha)
     return (
@@ -131,7 +130,7 @@ def flight_of_energy(law_p, field, plant, state, dt, steps, energies, work, vect
     """Continuous descent with the dissipated energy as a state: rows of ``energies`` (steps + 1, 2) are L, int D."""
     matrix, gradient = vectors[7:10], work[3, 0:6]
     for step in range(steps + 1):
-        command(landing_law, law_p, ellipsoid_gravity, field, plant, state, 1.0, matrix, vectors, gradient)
+        command(landing_law, law_p, field, plant, state, 1.0, matrix, vectors, gradient)
         terms = potential(law_p, state[0:3], state[6:10], vectors[4:7], gradient)
         u = terms[0] + terms[1] + terms[2] + terms[3]
         energies[step, 0] = lyapunov(law_p, u, vectors[3], state[10:13])
@@ -141,8 +140,8 @@ def flight_of_energy(law_p, field, plant, state, dt, steps, energies, work, vect
             work[1, i] = 0.0
         for k in range(4):
             stage = work[2]
-            command(landing_law, law_p, ellipsoid_gravity, field, plant, stage, 1.0, matrix, vectors, gradient)
-            state_rate(ellipsoid_gravity, field, plant, stage, vectors[0], vectors[1], 0.0, matrix, work[0])
+            command(landing_law, law_p, field, plant, stage, 1.0, matrix, vectors, gradient)
+            state_rate(field, plant, stage, vectors[0], vectors[1], 0.0, matrix, work[0])
             work[0, STATES] = -lyapunov_rate(law_p, vectors[3], stage[10:13])
             advance(state, work[0], k, dt, work[1], stage)
         normalise_attitude(state)
@@ -177,7 +176,7 @@ def test_at_rest_on_the_goal_nothing_pulls(reference):
     # the feed-forward alone holds the craft: every rate of the plant vanishes
     rate = np.zeros(STATES)
     plant = reference.plant
-    state_rate(ellipsoid_gravity, reference.body, plant, state, at.force, at.torque, 0.0, np.zeros((3, 3)), rate)
+    state_rate(reference.body, plant, state, at.force, at.torque, 0.0, np.zeros((3, 3)), rate)
     np.testing.assert_allclose(rate, 0.0, rtol=0.0, atol=1e-17)
 
 
@@ -194,7 +193,7 @@ def test_gravity_gradient_is_compensated_when_both_sides_have_it(reference):
     np.testing.assert_allclose(without.torque - with_gradient.torque, expected, rtol=1e-9, atol=1e-15)
     plant = reference.plant._replace(gravity_gradient_mu=mu)
     balance = with_gradient.torque + with_gradient.gradient[:3]
-    state_rate(ellipsoid_gravity, reference.body, plant, state, with_gradient.force, balance, 0.0, matrix, rate)
+    state_rate(reference.body, plant, state, with_gradient.force, balance, 0.0, matrix, rate)
     np.testing.assert_allclose(rate[10:13], 0.0, rtol=0.0, atol=1e-17)
 
 

@@ -10,7 +10,7 @@ from lander_ros.constraints import clearance, view_cosine
 from lander_ros.feed_forward import site_in_landing_frame
 from lander_ros.landing_law import LandingLaw
 from lander_ros.twistor import from_pose
-from sim_nodes.ellipsoid_gravity import EROS_LIKE_SPIN, ellipsoid_gravity
+from sim_nodes.ellipsoid_gravity import EROS_LIKE_SPIN
 from sim_nodes.lander_dynamics import site_gravity
 from sim_nodes.lander_descent import Watch
 
@@ -35,10 +35,10 @@ def test_site(reference):
 def test_gravity(reference):
     g, at_site = np.zeros(3), reference.state.copy()
     at_site[0:3] = 0.0
-    site_gravity(ellipsoid_gravity, reference.body, reference.plant, at_site, g)
+    site_gravity(reference.body, reference.plant, at_site, g)
     near(g, (1.34283e-3, 0.75136e-3, -4.78721e-3), 2e-8)
     near(np.linalg.norm(g), 5.028428e-3, 2e-8)
-    site_gravity(ellipsoid_gravity, reference.body, reference.plant, reference.state, g)
+    site_gravity(reference.body, reference.plant, reference.state, g)
     near(g, (1.59898e-3, 0.23819e-3, -4.17809e-3), 2e-8)
 
 
