@@ -8,8 +8,8 @@ Frames: A fixed in the body (spin about z_A), D at the landing site, fixed in A,
   dw/dt = dw_BI/dt + w x R^T w_D,  dq/dt = (1/2) q (0, w)
   tau_gg = (3 mu/R^5) x^B x J x^B  (where asked for; central field)
 
-``field`` holds the parameters of the gravity kernel, `ellipsoid_gravity(field, x, y, z)`. The kernel is named here and not
-handed in: a compiled function that takes a kernel as argument cannot be cached.
+``field`` holds the parameters of the gravity kernel, `ellipsoid_gravity(field, x, y, z)`. The kernel is named here and
+not handed in: a compiled function that takes a kernel as argument cannot be cached.
 """
 
 import math
