@@ -26,7 +26,7 @@ def limit_torque(demand, limit, torque):
 def wheel_step(demand, axes, drive, momentum, torque_limit, momentum_limit, lag, friction, quantum, period, rate):
     """One period of m wheels with first-order torque lag, Coulomb friction, quantised torque and saturation.
 
-    ``demand`` (3,): torque wanted on the base, base axes [N m]; ``axes`` (m, 3) orthonormal unit vectors of the spin axes.
+    ``demand`` (3,): torque wanted on the base, base axes [N m]; ``axes`` (m, 3) orthonormal spin axes.
     ``drive`` (m,) motor torque on the rotors [N m] and ``momentum`` (m,) [N m s] are the wheels' state, moved in place.
     ``torque_limit`` [N m], ``momentum_limit`` [N m s], ``lag`` [s], ``friction`` [N m], ``quantum`` [N m] (0: none),
     ``period`` [s]. ``rate`` (3,): mean rate of the wheels' momentum over the period, base axes [N m].

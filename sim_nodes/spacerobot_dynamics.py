@@ -4,9 +4,10 @@ Source: Aerospace 2023, 10(10), 679, equations (5), (7), (21)-(28). The rigid-bo
 (they are the same mathematics, checked against Pinocchio); the parameters given here are the true ones and may change
 during a run, as when link 4 takes a payload.
 
-State (20+2n,): base origin r (3) and its velocity (3), inertial axes [m, m/s]; attitude quaternion (4), scalar first, body
-to inertial; angular velocity (3), body axes [rad/s]; theta (n) [rad]; theta_dot (n) [rad/s]; work done on the bodies [J];
-impulse (3) of external moments about the inertial origin [N m s]; momentum (3) of the reaction wheels, base axes [N m s].
+State (20+2n,): base origin r (3) and its velocity (3), inertial axes [m, m/s]; attitude quaternion (4), scalar first,
+body to inertial; angular velocity (3), body axes [rad/s]; theta (n) [rad]; theta_dot (n) [rad/s]; work done on the
+bodies [J]; impulse (3) of external moments about the inertial origin [N m s]; momentum (3) of the reaction wheels, base
+axes [N m s].
 """
 
 import math

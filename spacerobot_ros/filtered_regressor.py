@@ -77,7 +77,7 @@ def _gyroscopic(motion, body, momentum, k, c):
 def filter_step(y_momentum, y_rate, y_push, torque, bandwidth, period, state, memory, torque_filtered, w):
     """Pass one sample through the filter; ``w`` (3+n, p) and ``torque_filtered`` (3+n,) are the least-squares pair.
 
-    ``torque`` (3+n,) [N m] was held during the period that ends at this sample; ``bandwidth`` f [rad/s]; ``period`` [s];
+    ``torque`` (3+n,) [N m] was held during the period that ends here; ``bandwidth`` f [rad/s]; ``period`` [s];
     ``memory`` (2, 3+n, p) previous sample; ``state``: what the previous call returned, 0 at first. Returns READY when
     the pair may be used, STARTED at the first sample, NOT_FINITE when the sample was refused (starts afresh after it).
     """

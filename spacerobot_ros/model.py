@@ -55,8 +55,8 @@ class SpaceRobot:
         count = 10 * (self.joints + 1)
         if prior.shape != (count,):
             raise ModelError(
-                f"prior has shape {prior.shape}; robot '{self.name}' with {self.joints} joints needs {count} parameters, "
-                "ten for each body"
+                f"prior has shape {prior.shape}; robot '{self.name}' with {self.joints} joints needs {count} "
+                "parameters, ten for each body"
             )
         if not np.all(np.isfinite(prior)):
             bad = self.parameter_names[int(np.argmin(np.isfinite(prior)))]

@@ -34,7 +34,7 @@ def initial_covariance(
     """Diagonal of G0 (parameters,). ``choice``: "prior_squared" scale * prior^2 (scale 1e6), so that every parameter is
     uncertain in its own measure; "uniform" scale (1e4) for all, the simplest; "covariance" (eta/3)^2 prior^2 /
     torque_noise^2 + 1e-6, equation (46) over the torque's noise [N m].
-    In "prior_squared" a parameter that is (nearly) zero counts as 1e-3 of its body's measure: its largest inertia
+    In "prior_squared" a parameter that is (nearly) zero counts as 1e-4 of its body's measure: its largest inertia
     element I, its mass m, sqrt(m I) for first moments; else it could never be learnt.
     """
     prior = np.asarray(prior, float)
@@ -45,7 +45,7 @@ def initial_covariance(
         floor[:, :6] = inertia[:, None]
         floor[:, 6:9] = np.sqrt(mass * inertia)[:, None]
         floor[:, 9] = mass
-        size = np.maximum(size, 1e-3 * floor).ravel()
+        size = np.maximum(size, 1e-4 * floor).ravel()
         return (1e6 if scale is None else scale) * size * size
     if choice == "uniform":
         return np.full(prior.shape, 1e4 if scale is None else float(scale))
@@ -76,13 +76,9 @@ def update(y, first_row, measurement, forgetting, pi, g, initial_diagonal, work)
     if not _finite(y, first_row, measurement):
         return SKIPPED
     status = restore(g, initial_diagonal, work[2 * rows + 2 :])
-    smallest = _gain(y, first_row, measurement, pi, g, work)
-    if not smallest > 0.5:  # [(N m)^2], of E = 1: S = Y G Y^T + E cannot have a smaller pivot while G is positive
-        status |= repair(g, initial_diagonal, work[2 * rows + 2 :])
-        smallest = _gain(y, first_row, measurement, pi, g, work)
-        if not smallest > 0.5:
-            set_diagonal(initial_diagonal, g)
-            return status | RESET | SKIPPED
+    if not _gain(y, first_row, measurement, pi, g, work) > 0.0:
+        set_diagonal(initial_diagonal, g)
+        return status | RESET | SKIPPED
     correction = work[2 * rows]
     for r in range(rows):
         for j in range(p):
@@ -112,7 +108,8 @@ def _finite(y, first_row, measurement):
 
 @kernel
 def _gain(y, first_row, measurement, pi, g, work):
-    """Rows of ``work``: Z = L^-1 Y G, then the factor L, then L^-1 (tau - Y pi). Returns the smallest pivot of S."""
+    """Rows of ``work``: Z = L^-1 Y G, then the factor L, then L^-1 (tau - Y pi). Returns the smallest pivot of S
+    (at least 1 while G is positive)."""
     rows = y.shape[0] - first_row
     p = pi.shape[0]
     factor = work[rows : 2 * rows]
@@ -152,7 +149,7 @@ def _gain(y, first_row, measurement, pi, g, work):
 
 @kernel
 def restore(g, initial_diagonal, work):
-    """Check that G is finite, symmetric and has a positive diagonal, and put it right. Returns codes."""
+    """Put G (p, p) right if it is not finite, symmetric and positive definite. Returns codes. Work: (2p, p)."""
     p = g.shape[0]
     status = UPDATED
     for i in range(p):
@@ -162,27 +159,34 @@ def restore(g, initial_diagonal, work):
                 g[j, i] = g[i, j]
                 status = ASYMMETRIC
     total = 0.0
-    positive = True
     for i in range(p):
         for j in range(p):
             total += abs(g[i, j])
-        positive = positive and g[i, i] > 0.0
     if not math.isfinite(total):
         set_diagonal(initial_diagonal, g)
         return RESET
-    if not positive:
+    if not is_positive(g, work):
         status |= repair(g, initial_diagonal, work)
     return status
 
 
 @kernel
 def is_positive(g, work):
-    """True when G (p, p) has a Cholesky factor. Work: (p, p)."""
+    """True when every pivot of Gaussian elimination of the symmetric G (p, p) is positive. Work: (p, p)."""
     p = g.shape[0]
     for i in range(p):
-        for j in range(p):
+        for j in range(i, p):
             work[i, j] = g[i, j]
-    return cholesky(work, p) > 0.0
+    for k in range(p):
+        pivot = work[k, k]
+        if not pivot > 0.0:
+            return False
+        for i in range(k + 1, p):
+            factor = work[k, i] / pivot
+            if factor != 0.0:
+                for j in range(i, p):
+                    work[i, j] -= factor * work[k, j]
+    return True
 
 
 @kernel

@@ -1,8 +1,8 @@
 """Desired motion of base attitude and joints: step, quintic slew, harmonics.
 
-Source: Aerospace 2023, 10(10), 679, sections 4.1 (step from Theta_0 to Theta_f) and 4.3 (harmonics). A channel is one of
-[roll, pitch, yaw (Euler ZYX), theta_1 .. theta_n]; every kernel fills the desired quaternion (scalar first), the angular
-velocity and acceleration in desired body axes [rad/s, rad/s^2], and theta, theta_dot, theta_ddot of the joints.
+Source: Aerospace 2023, 10(10), 679, sections 4.1 (step from Theta_0 to Theta_f) and 4.3 (harmonics). A channel is one
+of [roll, pitch, yaw (Euler ZYX), theta_1 .. theta_n]; every kernel fills the desired quaternion (scalar first), the
+angular velocity and acceleration in desired body axes [rad/s, rad/s^2], and theta, theta_dot, theta_ddot of the joints.
 """
 
 import math
@@ -78,7 +78,7 @@ def harmonic_reference(t, mean, amplitude, period, phase, q_d, w_d, wdot_d, thet
 
 @kernel
 def quintic(t, duration, profile):
-    """Rest-to-rest profile (3,) = [s, s_dot, s_ddot], s = 10 x^3 - 15 x^4 + 6 x^5, x = t / duration clipped to [0, 1]."""
+    """Rest-to-rest profile (3,) = [s, s_dot, s_ddot], s = 10 x^3 - 15 x^4 + 6 x^5, x = t / duration in [0, 1]."""
     x = t / duration
     if x <= 0.0:
         profile[0], profile[1], profile[2] = 0.0, 0.0, 0.0

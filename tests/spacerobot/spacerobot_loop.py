@@ -133,7 +133,9 @@ def loop(
                 y_momentum, y_rate, y_push, measured[3:], bandwidth, period, ready, memory, torque_filtered, filtered
             )
             if ready == READY:
-                status |= rls.update(filtered, np.int64(0), torque_filtered, forgetting, pi_hat, g, g_diagonal, rls_work)
+                status |= rls.update(
+                    filtered, np.int64(0), torque_filtered, forgetting, pi_hat, g, g_diagonal, rls_work
+                )
         for i in range(p):
             y[0, i] = pi_hat[i] - pi_true[i]
         inverse_dynamics(
@@ -206,6 +208,10 @@ class Run:
     def joint_norm(self):
         return np.degrees(np.linalg.norm(self.joints, axis=1))
 
+    @property
+    def joint_largest(self):
+        return np.degrees(np.abs(self.joints).max(axis=1))
+
     def rms(self, values, start, end=np.inf):
         chosen = values[(self.t >= start) & (self.t < end)]
         return math.sqrt(np.mean(chosen**2))
@@ -240,8 +246,8 @@ def initial_state(theta=THETA_0, robot=ROBOT):
 
 def run(
     trajectory=STEP, duration=20.0, prior=None, estimator=NONE, first_row=0, g_diagonal=None, gamma=None,
-    natural_gain=3.0, bandwidth=2.0, forgetting=1.0, form=0, option=0, gain=1.0, damping=K_D0, limit=np.inf, period=0.02,
-    step_size=0.01, acceleration_source=IDEAL, noise=None, pi_true=None, keep_regressors=False, robot=ROBOT,
+    natural_gain=3.0, bandwidth=2.0, forgetting=1.0, form=0, option=0, gain=1.0, damping=K_D0, limit=np.inf,
+    period=0.02, step_size=0.01, acceleration_source=IDEAL, noise=None, pi_true=None, keep_regressors=False, robot=ROBOT,
 ):  # fmt: skip
     n = robot.joints
     p = 10 * (n + 1)
