@@ -1,3 +1,7 @@
 """Executables of this package: name -> module:attribute."""
 
-EXECUTABLES = {}
+EXECUTABLES = {
+    "appc_controller": "cubli_ros.appc_controller:AppcController",
+    "attitude_estimator": "cubli_ros.attitude_estimator:AttitudeEstimator",
+    "jump_monitor": "cubli_ros.jump_monitor:JumpMonitor",
+}

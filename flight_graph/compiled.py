@@ -46,6 +46,9 @@ class Recording:
                 return track.records
         raise KeyError(topic)
 
+    def __contains__(self, topic: str) -> bool:
+        return any(track.topic == topic.lstrip("/") for track in self.tracks)
+
 
 class CompiledRun:
     """One run of a scenario. `compile` makes the machine code ready, `run` fills the recording."""
@@ -53,7 +56,7 @@ class CompiledRun:
     def __init__(self, scenario: Scenario):
         self.scenario, self.graph = scenario, scenario.graph
         self.plan = scenario.recorded()
-        text, self.names = source.loop_source(self.graph, self.plan)
+        text, self.names, self.slots = source.loop_source(self.graph, self.plan)
         kernels = [function for node in self.graph.nodes.values() for function in node.component.kernels()]
         self.module = source.load(text, kernels, "loop")
 
@@ -111,9 +114,7 @@ class CompiledRun:
         return Recording(self.scenario, self._tracks(arrays), wall_s, compile_s)
 
     def _control(self, ticks):
-        control = np.zeros(source.COUNTERS + len(self.plan), np.int64)
-        control[source.END], control[source.EPOCH] = ticks, self.scenario.epoch_ns
-        return control
+        return self.slots.control(ticks, self.scenario.epoch_ns, self.graph.base_ns)
 
     def _tracks(self, arrays):
         tracks = []

@@ -31,7 +31,8 @@ def same_stamp(a, b):
 class Formatted:
     """A message without a fixed layout, made from an output's record by one function for every executor.
 
-    function(record) returns the message as an object of the type store (msg_schemas.definitions.TYPESTORE).
+    function(record) takes the output's record (fields by attribute) and returns the message as an object of the type store
+    (msg_schemas.definitions.TYPESTORE).
     """
 
     topic: str

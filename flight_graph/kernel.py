@@ -23,25 +23,37 @@ def kernel(function):
     return numba.njit(error_model="numpy", nogil=True)(function)
 
 
+def plain(function):
+    """The uncompiled form of a kernel: for a few calls, or for whole arrays in place of scalars."""
+    return getattr(function, "py_func", function)
+
+
 def fingerprint(*functions) -> str:
     """SHA-256 over the source of the kernels, of every kernel they call, and of the constants they read."""
     digest = hashlib.sha256()
     seen = set()
 
     def visit(function):
-        plain = getattr(function, "py_func", function)
-        if plain in seen:
+        function = plain(function)
+        if function in seen:
             return
-        seen.add(plain)
-        digest.update(inspect.getsource(plain).encode())
-        for name in sorted(_global_names(plain.__code__)):
-            value = plain.__globals__.get(name)
-            if hasattr(value, "py_func") or (inspect.isfunction(value) and numba.config.DISABLE_JIT):
-                visit(value)
-            elif isinstance(value, (bool, int, float, str, tuple, np.generic)):
-                digest.update(f"{name}={value!r}".encode())
-            elif isinstance(value, np.ndarray):
-                digest.update(name.encode() + value.tobytes())
+        seen.add(function)
+        digest.update(inspect.getsource(function).encode())
+        names = _global_names(function.__code__)
+        for name in sorted(names):
+            consider(name, function.__globals__.get(name), names)
+
+    def consider(name, value, names):
+        if hasattr(value, "py_func") or (inspect.isfunction(value) and numba.config.DISABLE_JIT):
+            visit(value)
+        elif inspect.ismodule(value):
+            for attribute in sorted(names & set(vars(value))):
+                if not inspect.ismodule(vars(value)[attribute]):
+                    consider(f"{name}.{attribute}", vars(value)[attribute], names)
+        elif isinstance(value, (bool, int, float, str, tuple, np.generic)):
+            digest.update(f"{name}={value!r}".encode())
+        elif isinstance(value, np.ndarray):
+            digest.update(name.encode() + value.tobytes())
 
     for function in functions:
         visit(function)

@@ -51,9 +51,9 @@ def recorded_topics(scenario: Scenario) -> list[RecordedTopic]:
     return topics
 
 
-def formatted_payload(made: Formatted, record) -> bytes:
-    """The serialised form of a formatted message, the same in every executor."""
-    return bytes(TYPESTORE.serialize_cdr(made.function(record), made.type_name))
+def formatted_payload(made: Formatted, record: np.ndarray) -> bytes:
+    """The serialised form of a formatted message, from a (1,) record array; the same in every executor."""
+    return bytes(TYPESTORE.serialize_cdr(made.function(record.view(np.recarray)[0]), made.type_name))
 
 
 def versions() -> dict[str, str]:
@@ -116,7 +116,8 @@ def write_recording(recording: Recording, folder, engine: str, overwrite: bool =
     for topic in bag.topics:
         track = tracks[topic.node, topic.port]
         payloads = (topic.signal.payloads(track.records) if topic.formatted is None
-                    else [formatted_payload(topic.formatted, record) for record in track.records])
+                    else [formatted_payload(topic.formatted, track.records[i:i + 1])
+                          for i in range(len(track.records))])
         blocks.append((topic, track.stamps_ns, payloads))
     bag.write_all(blocks)
     bag.close({"complete": "true", "lost": "0"})

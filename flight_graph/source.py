@@ -8,6 +8,7 @@ import hashlib
 import importlib.util
 import os
 import sys
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numba
@@ -19,8 +20,7 @@ from msg_schemas.signal import Signal
 
 NONFINITE = 1  # control[STOP] codes
 FAULT = 2
-TICK, END, EPOCH, STOP, WHO = range(5)  # entries of the control array
-COUNTERS = 5  # first log counter
+TICK, END, EPOCH, BASE, STOP, WHO, FIRST_SLOT = range(7)  # entries of the control array
 
 _HEAD = '''"""Generated from a graph; do not edit."""
 from numba import njit
@@ -96,13 +96,36 @@ class _Writer:
         return "\n".join([_HEAD.format(imports="\n".join(imports)), *self.finite_functions(), *self.lines, ""])
 
 
-def loop_source(graph: Graph, plan: dict) -> tuple[str, list[str]]:
-    """Source of ``start(...)`` and ``run(control, ...)`` of a whole graph, and the names of their arguments.
+@dataclass
+class Slots:
+    """Where the control array keeps when something is due: (next tick, period in ticks) pairs, then log counters.
+
+    Rates are data, not text: graphs that differ in rates alone share their machine code.
+    """
+
+    periods: list[int] = field(default_factory=list)
+    counters: int = 0
+
+    def due(self, period: int) -> int:
+        """Reserve a pair; return the index of its next tick."""
+        self.periods.append(period)
+        return FIRST_SLOT + 2 * (len(self.periods) - 1)
+
+    def control(self, end: int, epoch_ns: int, base_ns: int) -> np.ndarray:
+        """A fresh control array."""
+        control = np.zeros(FIRST_SLOT + 2 * len(self.periods) + self.counters, np.int64)
+        control[END], control[EPOCH], control[BASE] = end, epoch_ns, base_ns
+        control[FIRST_SLOT + 1:FIRST_SLOT + 2 * len(self.periods):2] = self.periods
+        return control
+
+
+def loop_source(graph: Graph, plan: dict) -> tuple[str, list[str], Slots]:
+    """Source of ``start(...)`` and ``run(control, ...)`` of a whole graph, the names of their arguments, the slots.
 
     plan: (node, port) -> every how manieth message goes into the log. Arguments: P_, X_ of each node, O_ of each
     output, V_ (published copy) of outputs slower than their component, H_ (held copy) of delayed edges, L_ logs.
     """
-    writer = _Writer()
+    writer, slots = _Writer(), Slots(counters=len(plan))
     arguments = _loop_arguments(graph, plan)
     writer.add(0, "", "", "@njit(cache=True, error_model='numpy', nogil=True)", f"def start({', '.join(arguments)}):")
     for node in graph.nodes.values():
@@ -111,19 +134,24 @@ def loop_source(graph: Graph, plan: dict) -> tuple[str, list[str]]:
     writer.add(1, "return 0")
     writer.add(0, "", "", "@njit(cache=True, error_model='numpy', nogil=True)",
                f"def run(control, {', '.join(arguments)}):")
-    writer.add(1, f"while control[{TICK}] < control[{END}]:", f"    tick = control[{TICK}]", f"    t = tick * {graph.base_ns}",
-               f"    stamp = control[{EPOCH}] + t", "    sec = stamp // 1000000000",
+    writer.add(1, f"while control[{TICK}] < control[{END}]:", f"    tick = control[{TICK}]",
+               f"    t = tick * control[{BASE}]", f"    stamp = control[{EPOCH}] + t", "    sec = stamp // 1000000000",
                "    nanosec = stamp - sec * 1000000000")
+    body = []
     for node, port, edge in _delayed(graph):
-        _due(writer, graph.ticks(node), [f"H_{node.name}_{port}[0] = {_visible(graph, edge)}[0]"])
-    counters = {key: COUNTERS + i for i, key in enumerate(plan)}
-    for number, step in enumerate(graph.order):
-        _loop_step(writer, graph, plan, counters, number, step)
+        body += _due(slots, graph.ticks(node), [f"H_{node.name}_{port}[0] = {_visible(graph, edge)}[0]"])
+    steps = [_loop_step(writer, slots, graph, plan, number, step) for number, step in enumerate(graph.order)]
+    first_counter = FIRST_SLOT + 2 * len(slots.periods)
+    counters = {f"@{node}.{port}@": f"control[{first_counter + i}]" for i, (node, port) in enumerate(plan)}
+    for line in body + [line for lines in steps for line in lines]:
+        for mark, counter in counters.items():
+            line = line.replace(mark, counter)
+        writer.add(2, line)
     writer.add(1, f"    control[{TICK}] = tick + 1", "return 0")
-    return writer.text(_imports(graph)), arguments
+    return writer.text(_imports(graph)), arguments, slots
 
 
-def _loop_step(writer, graph, plan, counters, number, step):
+def _loop_step(writer, slots, graph, plan, number, step):
     node = graph.nodes[step.node]
     component = node.component
     outputs = [] if step.part == "update" else list(component.outputs.items())
@@ -141,20 +169,20 @@ def _loop_step(writer, graph, plan, counters, number, step):
         if _is_slower(node, port):
             publish.append(f"V_{node.name}_{port}[0] = {record}[0]")
         if (node.name, port) in plan:
-            counter = f"control[{counters[node.name, port]}]"
-            store = [f"L_{node.name}_{port}[{counter}] = {record}[0]", f"{counter} += 1"]
+            mark = f"@{node.name}.{port}@"
             period = node.output_period_ns(port) * plan[node.name, port] // graph.base_ns
-            publish += _when(period, graph.ticks(node), store)
-        lines += _when(node.output_period_ns(port) // graph.base_ns, graph.ticks(node), publish)
-    _due(writer, graph.ticks(node), lines)
+            publish += _due(slots, period, [f"L_{node.name}_{port}[{mark}] = {record}[0]", f"{mark} += 1"])
+        if _is_slower(node, port):
+            publish = _due(slots, node.output_period_ns(port) // graph.base_ns, publish)
+        lines += publish
+    return _due(slots, graph.ticks(node), lines)
 
 
-def _when(period, enclosing, lines):
-    return lines if period == enclosing else [f"if tick % {period} == 0:", *("    " + line for line in lines)]
-
-
-def _due(writer, period, lines):
-    writer.add(2, *_when(period, 1, lines))
+def _due(slots, period, lines):
+    """The lines, run at every ``period``-th tick."""
+    slot = slots.due(period)
+    return [f"if tick == control[{slot}]:", f"    control[{slot}] += control[{slot + 1}]",
+            *("    " + line for line in lines)]
 
 
 def _stop(code, number):
@@ -162,7 +190,7 @@ def _stop(code, number):
 
 
 def _is_slower(node, port):
-    return node.output_period_ns(port) != node.period_ns
+    return port in node.component.output_rate_hz
 
 
 def _visible(graph, edge):

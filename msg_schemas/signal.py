@@ -156,6 +156,9 @@ class Signal:
     may_be_nonfinite: tuple = ()
 
     def __post_init__(self):
+        for name in (name for parts in self.groups.values() for name in parts):
+            if hasattr(np.record, name):
+                raise ValueError(f"{self.topic}: '{name}' is an attribute of every NumPy record; take another name")
         layout = _Layout(self.type_name, dict(self.fixed), self.groups)
         size = len(layout.body)
         dtype = _dtype(layout.fields, (size + 7) // 8 * 8)

@@ -1,6 +1,9 @@
 """Executables of this package: name -> module:attribute."""
 
 EXECUTABLES = {
+    "cubli_plant": "sim_nodes.cubli_plant:CubliPlant",
+    "imu": "sim_nodes.cubli_sensors:Imu",
+    "star_tracker": "sim_nodes.cubli_sensors:StarTracker",
     "recorder": "flight_graph.ros.recorder:main",
-    "scenario": "flight_graph.ros.launcher:main",
+    "scenario": "flight_graph.ros.scenario_program:main",
 }

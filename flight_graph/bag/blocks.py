@@ -1,6 +1,8 @@
 """The messages of a file in blocks: some dozens of chunks decompressed in one go, or a run of unchunked messages."""
 
 import zlib
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +11,7 @@ import zstandard
 from flight_graph.bag.byte_kernels import MESSAGE, read_field
 from flight_graph.bag.mcap_records import ChunkRecord, Damage, Opcode
 
-_GROUP = 1 << 22  # [bytes] chunks are decompressed together up to this size
+_GROUP = 1 << 20  # [bytes] chunks are decompressed together up to this size
 _CHUNK_FIXED = 40  # [bytes] of a chunk record besides the name of its compression and its data
 
 
@@ -88,28 +90,36 @@ class Chunks:
         return out
 
 
+@dataclass(frozen=True)
 class Block:
-    """Some messages' bytes: loaded when asked for; kept in memory with ``keep``."""
+    """Some messages' bytes. load(verify): decompress them, and verify the chunks' own checksums where asked to."""
 
-    def __init__(self, load):
-        self._load, self._kept = load, None
+    load: Callable
 
-    def keep(self, content: np.ndarray) -> None:
-        self._kept = content
+    def content(self, verify: bool = False) -> np.ndarray:
+        """The bytes (uint8). Nothing is kept: decompressing again costs less than the memory."""
+        return self.load(verify)
 
-    def content(self) -> np.ndarray:
-        return self._kept if self._kept is not None else self._load(False)
 
-    def verified(self) -> np.ndarray:
-        """The content, after the chunks' own checksums."""
-        return self._load(True)
+def loaded(blocks, verify: bool = False):
+    """Yield (block, content); a thread decompresses the next block meanwhile."""
+    with ThreadPoolExecutor(max_workers=1) as pool:
+        waiting = None
+        for block in blocks:
+            following = block, pool.submit(block.content, verify)
+            if waiting is not None:
+                yield waiting[0], waiting[1].result()
+            waiting = following
+        if waiting is not None:
+            yield waiting[0], waiting[1].result()
 
 
 def list_blocks(data, opcodes, starts, stops, chunks: Chunks):
-    """Yield (block, chunk sizes or None, runs): in the order of the file.
+    """Return [block], {block: chunk sizes}, {block: (starts, stops)} in the order of the file.
 
-    For a run of unchunked messages ``runs`` is (starts, stops) of their content in the block.
+    The last holds, for a run of unchunked messages, where their content is in the block.
     """
+    blocks, sizes_of, run_of = [], {}, {}
     is_chunk, is_message = opcodes == Opcode.CHUNK, opcodes == MESSAGE
     places = np.flatnonzero(is_chunk | is_message)
     edges = np.flatnonzero(np.diff(is_message[places].astype(np.int8))) + 1
@@ -117,12 +127,14 @@ def list_blocks(data, opcodes, starts, stops, chunks: Chunks):
     for part in np.split(places, edges) if len(places) else []:
         if is_message[part[0]]:
             origin, end = int(starts[part[0]]), int(stops[part[-1]])
-            yield Block(lambda verify, a=origin, b=end: data[a:b]), None, (starts[part] - origin, stops[part] - origin)
+            blocks.append(Block(lambda verify, a=origin, b=end: data[a:b]))
+            run_of[blocks[-1]] = starts[part] - origin, stops[part] - origin
             continue
         sizes = chunks.size[number:number + len(part)]
         groups = np.cumsum(np.minimum(sizes, _GROUP)) // _GROUP
         bounds = [0, *(np.flatnonzero(np.diff(groups)) + 1).tolist(), len(part)]
         for begin, end in zip(bounds, bounds[1:]):
-            first, last = number + begin, number + end
-            yield (Block(lambda verify, a=first, b=last: chunks.content(a, b, verify)), sizes[begin:end], None)
+            blocks.append(Block(lambda verify, a=number + begin, b=number + end: chunks.content(a, b, verify)))
+            sizes_of[blocks[-1]] = sizes[begin:end]
         number += len(part)
+    return blocks, sizes_of, run_of

@@ -56,18 +56,29 @@ def read_field(data, starts, offset, size, out):
 
 
 @_compiled
+def _copy(source, start, target, at, width):
+    """Copy source[start:start + width] to target[at:] (both uint8), in words of eight bytes."""
+    words = width // 8
+    source_words = source[start:start + 8 * words].view(np.uint64)
+    target_words = target[at:at + 8 * words].view(np.uint64)
+    for j in range(words):
+        target_words[j] = source_words[j]
+    for j in range(8 * words, width):
+        target[at + j] = source[start + j]
+
+
+@_compiled
 def gather(data, starts, width, out):
     """Copy data[s:s + width] of every start s into the rows of out (n, >= width) uint8."""
     for i in range(len(starts)):
-        out[i, :width] = data[starts[i]:starts[i] + width]
+        _copy(data, starts[i], out[i], 0, width)
 
 
 @_compiled
 def scatter(rows, first, starts, out):
     """Copy rows[first + i] (uint8) to out[starts[i]:]."""
-    width = rows.shape[1]
     for i in range(len(starts)):
-        out[starts[i]:starts[i] + width] = rows[first + i]
+        _copy(rows[first + i], 0, out, starts[i], rows.shape[1])
 
 
 @_compiled

@@ -128,7 +128,7 @@ class Bag:
         for part in self._contents:
             names = {channel.id: channel.topic for channel in part.channels.values() if channel.topic in wanted}
             for block, begin, end in part.runs(np.arange(len(part.messages.start))):
-                content = part.blocks[block].content().tobytes()
+                content = block.tobytes()
                 rows = zip(part.messages.channel[begin:end].tolist(), part.messages.log_time[begin:end].tolist(),
                            part.messages.start[begin:end].tolist(), part.messages.stop[begin:end].tolist())
                 for channel, time, start, stop in rows:
@@ -226,8 +226,8 @@ class Bag:
         row = 0
         for part, numbers in self._select(topic):
             start = part.messages.start[numbers]
-            for block, begin, end in part.runs(numbers):
-                yield part.blocks[block].content(), start[begin:end], row + begin
+            for content, begin, end in part.runs(numbers):
+                yield content, start[begin:end], row + begin
             row += len(numbers)
 
 

@@ -9,14 +9,13 @@ import numpy as np
 import zstandard
 from mcap import records
 
-from flight_graph.bag.blocks import Chunks, list_blocks
+from flight_graph.bag.blocks import Chunks, list_blocks, loaded
 from flight_graph.bag.byte_kernels import MESSAGE, MESSAGE_HEAD, read_field
 from flight_graph.bag.mcap_file import LIBRARY, MAGIC
 from flight_graph.bag.mcap_records import Damage, Opcode, attachment_checked, list_records, message_field, parse
 
 _FOOTER = struct.Struct("<BQQQI")
 _TAIL = _FOOTER.size + len(MAGIC)  # [bytes] footer record and end magic
-_KEEP = 1 << 30  # [bytes] decompressed blocks of a file are kept up to this total; the rest is decompressed again
 
 
 @dataclass
@@ -46,16 +45,17 @@ class McapContents:
 
     def sequences(self, numbers: np.ndarray) -> np.ndarray:
         """Return (n,) uint32 sequence numbers of messages."""
-        parts = [message_field(self.blocks[block].content(), self.messages.start[numbers[begin:end]] - MESSAGE_HEAD,
-                               "sequence") for block, begin, end in self.runs(numbers)]
+        parts = [message_field(content, self.messages.start[numbers[begin:end]] - MESSAGE_HEAD, "sequence")
+                 for content, begin, end in self.runs(numbers)]
         return np.concatenate([np.empty(0, np.uint32), *parts])
 
     def runs(self, numbers: np.ndarray):
-        """Yield (block number, begin, end) of each run of messages numbers[begin:end] (rising) within one block."""
-        bounds = np.searchsorted(numbers, self.messages.first).tolist()
-        for block, (begin, end) in enumerate(zip(bounds, bounds[1:])):
-            if end > begin:
-                yield block, begin, end
+        """Yield (content of a block, begin, end) for each run of messages numbers[begin:end] (rising) in one block."""
+        bounds = np.searchsorted(numbers, self.messages.first)
+        used = np.flatnonzero(np.diff(bounds))
+        contents = loaded([self.blocks[i] for i in used])
+        for i, (_, content) in zip(used, contents):
+            yield content, int(bounds[i]), int(bounds[i + 1])
 
 
 def map_file(path: Path) -> np.ndarray:
@@ -124,14 +124,11 @@ def _read_data(contents, data, opcodes, starts, stops):
     """Collect the records of the data section; return its chunks."""
     where = opcodes == Opcode.CHUNK
     chunks = Chunks.listed(data, starts[where], stops[where])
-    tables, kept = [], 0
-    for block, sizes, run in list_blocks(data, opcodes, starts, stops, chunks):
-        content = block.content() if contents.checked else block.verified()
-        kept += len(content)
-        if kept <= _KEEP:
-            block.keep(content)
-        contents.blocks.append(block)
-        tables.append(_table(content, *(run if run is not None else _read_chunks(contents, content, sizes))))
+    tables = []
+    contents.blocks, sizes_of, run_of = list_blocks(data, opcodes, starts, stops, chunks)
+    for block, content in loaded(contents.blocks, verify=not contents.checked):
+        bounds = run_of[block] if block in run_of else _read_chunks(contents, content, sizes_of[block])
+        tables.append(_table(content, *bounds))
     for i in np.flatnonzero(~np.isin(opcodes, (Opcode.CHUNK, Opcode.MESSAGE_INDEX, MESSAGE))):
         opcode, start, stop = opcodes[i], int(starts[i]), int(stops[i])
         if opcode == Opcode.ATTACHMENT:
@@ -154,8 +151,8 @@ def _read_chunks(contents, content, sizes):
     """Return (starts, stops) of the messages of joined chunks; take their declarations."""
     opcodes, starts, stops, end = list_records(content, 0, len(content))
     bounds = np.cumsum(sizes)
-    begins = bounds[:-1][bounds[:-1] < len(content)]
-    if end != len(content) or not np.isin(begins + 9, starts).all():
+    begins = bounds[:-1][bounds[:-1] < len(content)] + 9
+    if end != len(content) or not np.array_equal(starts[np.searchsorted(starts[:-1], begins)], begins):
         raise Damage("the records of a chunk do not fill it")
     is_message = opcodes == MESSAGE
     if is_message.all():

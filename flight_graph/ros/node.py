@@ -143,7 +143,7 @@ class ComponentNode(LifecycleNode):
                 port.publish()
                 for made, publisher in self.formatted:
                     if made.port == name:
-                        publisher.publish(formatted_payload(made, port.record[0]))
+                        publisher.publish(formatted_payload(made, port.record))
 
     def publish_clock(self, t_ns: int) -> None:
         if self.clock and t_ns % CLOCK_PERIOD_NS == 0:

@@ -53,7 +53,7 @@ class Stream:
     def record(self, message):
         """The message as a record, for a formatter."""
         self.topic.signal.receive(message, self._payload)
-        return self._record[0]
+        return self._record
 
 
 class Recorder:

@@ -1,0 +1,81 @@
+"""Topics of the Cubli rover.
+
+Frames. ``cubli_base``: body frame, origin at the cube's centre, axes along the wheel axes. ``cubli_balance``: the paper's
+inertial frame, equal to the body frame when the rover balances on its corner (up is [1, 1, 1] / sqrt(3) there on level
+ground). ``site``: local east, north, up (REP 103), origin at the corner.
+"""
+
+from msg_schemas.qos import Role
+from msg_schemas.signal import Quantity, Signal, named_vector
+
+BASE = "cubli_base"
+BALANCE = "cubli_balance"
+SITE = "site"
+WHEELS = ["wheel_x", "wheel_y", "wheel_z"]
+
+TRUTH = named_vector("cubli/truth", BASE, {
+    "angles": Quantity(3, "rad", "Cardan 1-2-3 angles, eq. (1)"),
+    "rates": Quantity(3, "rad/s", "body rates"),
+    "accelerations": Quantity(3, "rad/s^2", "angular acceleration at the end of the last interval"),
+    "wheel_speed": Quantity(3, "rad/s", "relative to the body"),
+    "torque": Quantity(3, "N m", "torque on the body held over the last interval"),
+    "disturbance": Quantity(3, "rad/s^2", "disturbing angular acceleration now, eq. (42)"),
+    "gravity": Quantity(3, "m/s^2", "in the body frame"),
+}, Role.TRUTH, doc="true state of the rover")
+TRUTH_ATTITUDE = Signal("cubli/truth/attitude", "sensor_msgs/msg/Imu", Role.TRUTH, {"header.frame_id": BASE},
+                        doc="true attitude (body to balance frame) and body rates, in the form of an estimate")
+TRUTH_POSE = Signal("cubli/truth/pose", "geometry_msgs/msg/PoseStamped", Role.TRUTH, {"header.frame_id": SITE},
+                    doc="pose of the cube's centre in the site frame, for viewers")
+WHEEL_STATE = Signal("cubli/wheel_state", "sensor_msgs/msg/JointState", Role.SENSOR,
+                     {"header.frame_id": BASE, "name": WHEELS, "velocity": 3, "effort": 3},
+                     doc="wheel speeds and the torque held over the last interval")
+IMU = Signal("cubli/imu", "sensor_msgs/msg/Imu", Role.SENSOR, {"header.frame_id": "imu_link"},
+             doc="gyro and accelerometer at the cube's centre; orientation is unknown (covariance -1)")
+STAR_TRACKER = Signal("cubli/star_tracker", "geometry_msgs/msg/QuaternionStamped", Role.SENSOR,
+                      {"header.frame_id": BALANCE}, doc="measured attitude, body to balance frame")
+ATTITUDE = Signal("cubli/attitude", "sensor_msgs/msg/Imu", Role.ESTIMATE, {"header.frame_id": BASE},
+                  doc="estimated attitude (body to balance frame) and bias-free body rates, with covariances")
+FILTER = named_vector("cubli/attitude_filter", BASE, {
+    "bias": Quantity(3, "rad/s", "gyro bias"),
+    "covariance": Quantity(36, "rad^2, rad^2/s, rad^2/s^2", "of (attitude error, bias), row by row"),
+    "innovation": Quantity(3, "rad", "of the last star tracker measurement"),
+    "innovation_squared": Quantity(None, "1", "normalised, of the last measurement"),
+    "accepted": Quantity(None, "1", "measurements taken"),
+    "rejected": Quantity(None, "1", "measurements refused by the gate"),
+}, Role.TELEMETRY, doc="inside of the attitude filter")
+COMMAND = Signal("cubli/wheel_command", "sensor_msgs/msg/JointState", Role.COMMAND,
+                 {"header.frame_id": BASE, "name": WHEELS, "effort": 3}, doc="torque on the body by each wheel")
+FUNNEL = named_vector("cubli/funnel", BASE, {
+    "attitude_error": Quantity(3, "rad", "e_a, eq. (10)"),
+    "attitude_bound": Quantity(3, "rad", "rho_a"),
+    "attitude_xi": Quantity(3, "1", "xi_a = e_a / rho_a"),
+    "rate_error": Quantity(3, "rad/s", "e_u, eq. (12)"),
+    "rate_bound": Quantity(3, "rad/s", "rho_u"),
+    "rate_xi": Quantity(3, "1", "xi_u = e_u / rho_u"),
+    "adaptive_a": Quantity(3, "1", "v_a, eq. (15)"),
+    "adaptive_u": Quantity(3, "1", "v_u, eq. (16)"),
+    "torque_demand": Quantity(3, "N m", "before the limit"),
+    "torque": Quantity(3, "N m", "after the limit"),
+    "rearmed": Quantity(None, "1", "how often rho_a was widened"),
+    "outside": Quantity(None, "1", "samples with |xi| >= 1"),
+    "clipped": Quantity(None, "1", "samples with a clipped torque"),
+}, Role.TELEMETRY, doc="funnels of the adaptive prescribed performance law")
+JUMP_MARGINS = named_vector("cubli/jump_margins", BASE, {
+    "planar_limit": Quantity(None, "rad/s", "omega_9 of eq. (9)"),
+    "corner_limit": Quantity(None, "rad/s", "the same about the corner"),
+    "axis_rate": Quantity(None, "rad/s", "largest |omega_i|"),
+    "rate_norm": Quantity(None, "rad/s", "|omega|"),
+    "rate_across": Quantity(None, "rad/s", "across the body diagonal"),
+    "axis_margin": Quantity(None, "1", "1 - (axis_rate / planar_limit)^2"),
+    "norm_margin": Quantity(None, "1", "1 - (rate_norm / planar_limit)^2"),
+    "across_margin": Quantity(None, "1", "1 - (rate_across / corner_limit)^2"),
+    "normal_force": Quantity(None, "1", "in m g; negative: the ground would have to pull"),
+    "friction_ratio": Quantity(None, "1", "tangential over normal force"),
+}, Role.TELEMETRY, doc="how far the rover is from jumping")
+JUMP_STATUS = named_vector("cubli/jump_status", BASE, {
+    "level": Quantity(None, "1", "0 ok, 1 warning, 2 error, with hysteresis"),
+    "axis_margin": Quantity(None, "1", "smallest since the last status"),
+    "across_margin": Quantity(None, "1", "smallest since the last status"),
+    "normal_force": Quantity(None, "1", "smallest since the last status, in m g"),
+    "friction_ratio": Quantity(None, "1", "largest since the last status"),
+}, Role.TELEMETRY, doc="verdict of the jump monitor")

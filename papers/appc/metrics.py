@@ -1,0 +1,134 @@
+"""Metrics of a run of the Cubli rover.
+
+Source of the definitions: Aerospace 2022, 9(11), 728, sections 3.2, 4.1 and 5, made exact where the paper is silent:
+
+=================== ==================================================================================================
+xi_a_max, xi_u_max  largest |xi_a|, |xi_u| of any axis; below 1: the funnels hold
+settling_time_s     last time any |e_a| > 0.008 rad; never settled within the run: null
+overshoot_percent   largest excursion of the other sign over the initial angle, all axes
+tail_rad            largest |e_a| of the last sixth of the run
+rate_axis_max       largest |omega_i| [rad/s];  rate_norm_max: largest |omega|
+torque_peak         largest |u_i| [N m];  effort: integral of u.u dt, all axes [N^2 m^2 s]
+normal_force_min    smallest normal force in m g, from true state, torque and disturbance; negative: contact is lost
+friction_ratio_max  largest ratio of tangential to normal force (1e6 where contact is lost)
+wheel_speed_max     largest wheel speed [rad/s];  limit_eq9: the rate limit of eq. (9) [rad/s]
+lift_first_s, ...   first and last time of a negative normal force, and of |omega| above the limit of eq. (9)
+=================== ==================================================================================================
+
+Errors are those of the true state (the angles themselves: the reference is zero), funnels those of the law.
+"""
+
+import numpy as np
+
+from cubli_ros import jump_condition
+from cubli_ros.attitude import diagonal_torque, to_body
+from flight_graph.kernel import plain
+
+SETTLED = 0.008  # [rad]
+
+
+def compute(scenario, signals) -> dict:
+    """Metrics of a run: see the module's table."""
+    values = scenario.graph.nodes["plant"].values
+    truth, command = signals["cubli/truth"], signals["cubli/wheel_command"]
+    t = seconds(truth, scenario)
+    torque = matched(t, command, scenario)
+    angles, rates = truth["angles"], truth["rates"]
+    normal_force, friction_ratio = contact_history(truth, torque, values)
+    limit = plain(jump_condition.planar_rate_limit)(values["gravity"], values["length"], 1.0)
+    norm = np.sqrt((rates * rates).sum(axis=1))
+    error = np.abs(angles).max(axis=1)
+    late = np.flatnonzero(error > SETTLED)
+    settled = None if len(late) and late[-1] == len(t) - 1 else float(t[late[-1]]) if len(late) else 0.0
+    initial = angles[0]
+    result = {
+        **funnel_maxima(signals),
+        "settling_time_s": settled,
+        "overshoot_percent": float(100.0 * np.max(-angles / np.where(initial == 0.0, np.inf, initial))),
+        "tail_rad": float(error[t >= t[-1] * 5.0 / 6.0].max()),
+        "rate_axis_max": float(np.abs(rates).max()),
+        "rate_norm_max": float(norm.max()),
+        "rate_across_max": float(np.sqrt(((rates - rates.mean(axis=1, keepdims=True)) ** 2).sum(axis=1)).max()),
+        "torque_peak": float(np.abs(command["effort"]).max()),
+        "effort": effort(command, scenario, np.inf),
+        "effort_20s": effort(command, scenario, 20.0),
+        "normal_force_min": float(normal_force.min()),
+        "friction_ratio_max": float(friction_ratio.max()),
+        "wheel_speed_max": float(np.abs(truth["wheel_speed"]).max()),
+        "limit_eq9": float(limit),
+        "limit_3d": float(plain(jump_condition.corner_rate_limit)(values["gravity"], values["length"], 1.0)),
+        "tilt_initial_rad": tilt(angles[0]),
+    }
+    result["lift_first_s"], result["lift_last_s"] = interval(t, normal_force < 0.0)
+    result["over_limit_first_s"], result["over_limit_last_s"] = interval(t, norm > limit)
+    result["slip_time_s"] = float((friction_ratio > 0.6).mean() * (t[-1] - t[0]))
+    return result
+
+
+def funnel_maxima(signals) -> dict:
+    """xi maxima and the adaptive gains at the end; absent for laws without a funnel."""
+    if "cubli/funnel" not in signals:
+        return {"xi_a_max": None, "xi_u_max": None}
+    funnel = signals["cubli/funnel"]
+    found = {"xi_a_max": float(np.abs(funnel["attitude_xi"]).max()),
+             "xi_u_max": float(np.abs(funnel["rate_xi"]).max()),
+             "xi_u_initial": float(np.abs(funnel["rate_xi"][0]).max())}
+    for gain in ("adaptive_a", "adaptive_u"):
+        for axis, name in enumerate("xyz"):
+            found[f"{gain}_{name}"] = float(funnel[gain][-1, axis])
+    found["rearmed"] = float(funnel["rearmed"][-1])
+    return found
+
+
+def seconds(records, scenario) -> np.ndarray:
+    """Time of each record since the epoch of the run [s]."""
+    stamp = records["header"]["stamp"]
+    return (stamp["sec"].astype(np.int64) * 10**9 + stamp["nanosec"] - scenario.epoch_ns) / 1e9
+
+
+def effort(command, scenario, until_s) -> float:
+    """Integral of u.u over the run up to a time: exact for a held torque; trapezoidal where the bag is thinned."""
+    t = seconds(command, scenario)
+    power = (command["effort"] ** 2).sum(axis=1)[t <= until_s]
+    node = next(node.name for node, _, signal in scenario.graph.outputs() if signal.topic == "cubli/wheel_command")
+    period = scenario.graph.nodes[node].period_ns / 1e9
+    if len(t) > 1 and t[1] - t[0] > 1.5 * period:
+        return float(np.trapezoid(power, t[t <= until_s]))
+    return float(power.sum() * period)
+
+
+def matched(t, command, scenario) -> np.ndarray:
+    """The torque (n, 3) held at each time t."""
+    index = np.searchsorted(seconds(command, scenario), t, side="right") - 1
+    return np.where(index[:, None] >= 0, command["effort"][np.maximum(index, 0)], 0.0)
+
+
+def interval(t, mask) -> tuple:
+    """First and last time at which a condition holds, or (None, None)."""
+    found = np.flatnonzero(mask)
+    return (float(t[found[0]]), float(t[found[-1]])) if len(found) else (None, None)
+
+
+def tilt(angles) -> float:
+    """Angle [rad] between the body diagonal and up, of Cardan angles (3,)."""
+    up = np.array(plain(to_body)(np.asarray(angles, float), 1.0, 1.0, 1.0)) / np.sqrt(3.0)
+    return float(np.arccos(np.clip(up.sum() / np.sqrt(3.0), -1.0, 1.0)))
+
+
+def contact_history(truth, torque, values) -> tuple:
+    """Normal force in m g (n,) and friction ratio (n,) of the paper's model, as `jump_condition.contact` defines them.
+
+    With sign -1 (hanging as printed) the geometry of the standing cube is used all the same: indicative only.
+    """
+    mass, length = values["mass"], values["length"]
+    gravity = truth["gravity"].T
+    moment = plain(diagonal_torque)(float(values["gravity_sign"]), mass, length, *gravity)
+    acceleration = (np.array(moment) + torque.T) / (mass * length * length / 6.0) + truth["disturbance"].T
+    force = np.array(plain(jump_condition.centre_acceleration)(truth["rates"].T, acceleration, length)) - gravity
+    weight = np.linalg.norm(gravity, axis=0)
+    up = -gravity / weight
+    normal = (force * up).sum(axis=0)
+    tangential = np.linalg.norm(force - normal * up, axis=0)
+    lost = tangential >= jump_condition.LOST_CONTACT_RATIO * normal
+    ratio = np.where(lost, jump_condition.LOST_CONTACT_RATIO, tangential / np.where(lost, 1.0, normal))
+    return normal / weight, ratio
