@@ -2,7 +2,6 @@
 
 import zlib
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -99,19 +98,6 @@ class Block:
     def content(self, verify: bool = False) -> np.ndarray:
         """The bytes (uint8). Nothing is kept: decompressing again costs less than the memory."""
         return self.load(verify)
-
-
-def loaded(blocks, verify: bool = False):
-    """Yield (block, content); a thread decompresses the next block meanwhile."""
-    with ThreadPoolExecutor(max_workers=1) as pool:
-        waiting = None
-        for block in blocks:
-            following = block, pool.submit(block.content, verify)
-            if waiting is not None:
-                yield waiting[0], waiting[1].result()
-            waiting = following
-        if waiting is not None:
-            yield waiting[0], waiting[1].result()
 
 
 def list_blocks(data, opcodes, starts, stops, chunks: Chunks):

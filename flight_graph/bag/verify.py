@@ -9,7 +9,7 @@ import numpy as np
 import zstandard
 from mcap import records
 
-from flight_graph.bag.blocks import Chunks, list_blocks, loaded
+from flight_graph.bag.blocks import Chunks, list_blocks
 from flight_graph.bag.byte_kernels import MESSAGE, MESSAGE_HEAD, read_field
 from flight_graph.bag.mcap_file import LIBRARY, MAGIC
 from flight_graph.bag.mcap_records import Damage, Opcode, attachment_checked, list_records, message_field, parse
@@ -32,7 +32,8 @@ class Messages:
 
 @dataclass
 class McapContents:
-    """What a sound file holds."""
+    """What a sound file holds. With a checksum over the data section the chunks' own checksums say nothing more, and
+    are not computed again."""
 
     library: str = ""
     checked: bool = False  # a checksum covers every byte
@@ -52,10 +53,8 @@ class McapContents:
     def runs(self, numbers: np.ndarray):
         """Yield (content of a block, begin, end) for each run of messages numbers[begin:end] (rising) in one block."""
         bounds = np.searchsorted(numbers, self.messages.first)
-        used = np.flatnonzero(np.diff(bounds))
-        contents = loaded([self.blocks[i] for i in used])
-        for i, (_, content) in zip(used, contents):
-            yield content, int(bounds[i]), int(bounds[i + 1])
+        for i in np.flatnonzero(np.diff(bounds)):
+            yield self.blocks[i].content(), int(bounds[i]), int(bounds[i + 1])
 
 
 def map_file(path: Path) -> np.ndarray:
@@ -126,7 +125,8 @@ def _read_data(contents, data, opcodes, starts, stops):
     chunks = Chunks.listed(data, starts[where], stops[where])
     tables = []
     contents.blocks, sizes_of, run_of = list_blocks(data, opcodes, starts, stops, chunks)
-    for block, content in loaded(contents.blocks, verify=not contents.checked):
+    for block in contents.blocks:
+        content = block.content(verify=not contents.checked)
         bounds = run_of[block] if block in run_of else _read_chunks(contents, content, sizes_of[block])
         tables.append(_table(content, *bounds))
     for i in np.flatnonzero(~np.isin(opcodes, (Opcode.CHUNK, Opcode.MESSAGE_INDEX, MESSAGE))):
