@@ -2,11 +2,12 @@
 
 import typer
 
-from flight_graph.cli import doctor, scenarios
+from flight_graph.cli import claims, doctor, scenarios
 
 app = typer.Typer(
     name="flight", no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="rich",
     help="Simulated flight software for spacecraft at small bodies: run, record, judge.\n\n"
          "Example: [bold]flight run cubli_asteroid[/bold]")
 scenarios.register(app)
+claims.register(app)
 doctor.register(app)

@@ -1,6 +1,7 @@
 """How the command line shows things: console, progress, tables."""
 
 import sys
+from contextlib import contextmanager
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
@@ -44,6 +45,18 @@ class RunProgress:
         """Move the bar to ``seconds`` simulated."""
         if self._bar:
             self._bar.update(self._task, completed=seconds, description=self._name)
+
+
+@contextmanager
+def steps(name: str, wanted: bool):
+    """A bar of finished steps on standard error; gives advance(done, total, what)."""
+    if not (wanted and _errors.is_terminal):
+        yield lambda done, total, what="": None
+        return
+    with Progress(TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed} of {task.total}"),
+                  TimeRemainingColumn(), console=_errors, transient=True) as bar:
+        task = bar.add_task(name, total=None)
+        yield lambda done, total, what="": bar.update(task, completed=done, total=total, description=f"{name}: {what}")
 
 
 def metrics_table(scenario, outcome) -> Table:

@@ -1,0 +1,61 @@
+"""flight claims: what a paper says, recomputed and judged."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from flight_graph.cli.show import console, number, steps
+
+
+def register(app: typer.Typer) -> None:
+    app.command(epilog="Example: flight claims appc --json")(claims)
+
+
+def claims(
+    paper: Annotated[str | None, typer.Argument(help="A paper's name; all papers when left out.")] = None,
+    only: Annotated[list[str] | None, typer.Option(help="The id of a row; may be repeated.")] = None,
+    jobs: Annotated[int, typer.Option(min=1, help="Runs at a time.")] = 2,
+    figures: Annotated[Path | None, typer.Option(help="Draw the paper's figures into this folder.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Recompute the claims of a paper from runs and say which hold. The status is 1 when a verdict has changed."""
+    from flight_graph import claims as engine
+    rows = {}
+    for name in [paper] if paper else engine.papers():
+        with steps(f"claims of {name}", not as_json) as advance:
+            rows[name] = engine.judge(name, jobs, only, advance)
+    drawn = []
+    for name in rows if figures else ():
+        with steps(f"figures of {name}", not as_json) as advance:
+            drawn += engine.load_figures(name).draw(figures, advance)
+    changed = [row for found in rows.values() for row in found if not row.as_expected]
+    if as_json:
+        print(json.dumps({"claims": [row.plain(name) for name, found in rows.items() for row in found],
+                          "figures": [str(path) for path in drawn]}))
+    else:
+        for name, found in rows.items():
+            console.print(table(engine.read(name), found))
+        for path in drawn:
+            print(path)
+        if changed:
+            console.print(f"[red]changed verdicts: {', '.join(row.claim.id for row in changed)}[/red]")
+    if changed:
+        raise typer.Exit(1)
+
+
+def table(content, rows):
+    """The verdicts of a paper as a table."""
+    from rich.markup import escape
+    from rich.table import Table
+    shown = Table("where", "claim", "found", "wanted", "verdict", "reason", title_justify="left",
+                  title=f"{content.title}\n{content.source}")
+    colours = {"holds": "green", "does not hold": "red", "depends": "yellow"}
+    for row in rows:
+        found = "\n".join(f"{label}: {number(value)}" if label else number(value) for label, value in row.found.items())
+        mark = "" if row.as_expected else " (changed!)"
+        shown.add_row(escape(row.claim.where), escape(row.claim.says), escape(found),
+                      escape(row.claim.relation.text if row.claim.relation else ""),
+                      f"[{colours[row.verdict]}]{row.verdict}{mark}[/]", escape(row.claim.because))
+    return shown
