@@ -192,6 +192,18 @@ def judge(paper: str, jobs: int = 2, only: list[str] | None = None, progress=Non
     return [_row(claim, results) for claim in claims]
 
 
+def judge_run(paper: str, scenario: str, found: dict) -> list[Row]:
+    """The rows that one run of an unchanged scenario can judge, from its metrics ``found``."""
+    content = read(paper)
+    results = {name: found for name, entry in content.runs.items() if entry.scenario == scenario and not entry.set}
+    rows = []
+    for claim in content.claims:
+        mine = {label: text for label, text in claim.expressions.items() if names(text) and names(text) <= set(results)}
+        if mine:
+            rows.append(_row(claim.model_copy(update={"value": None, "values": mine}), results))
+    return rows
+
+
 def run_all(entries: dict[str, RunEntry], jobs: int, progress=None) -> dict[str, dict]:
     """Metrics of each named run; runs that are the same are made once."""
     from flight_graph.runs import simulate

@@ -171,3 +171,14 @@ class BagSignals:
 
     def __contains__(self, topic: str) -> bool:
         return topic in self._signals and "/" + topic in self._bag
+
+
+def open_run(path) -> tuple:
+    """(bag, scenario, signals) of a recorded run. Raises FlightError where the bag carries no scenario."""
+    from flight_graph.bag.reader import read_bag
+    from flight_graph.errors import FlightError
+    bag = read_bag(path)
+    if SCENARIO not in bag.attachments:
+        raise FlightError(f"{path}: this bag carries no scenario; it was not recorded by a run of this project")
+    scenario = Scenario(json.loads(bag.attachments[SCENARIO].data), f"{path} ({SCENARIO})")
+    return bag, scenario, BagSignals(bag, scenario)

@@ -2,12 +2,14 @@
 
 import typer
 
-from flight_graph.cli import claims, doctor, scenarios
+from flight_graph.cli import bags, claims, demo, doctor, scenarios
 
 app = typer.Typer(
     name="flight", no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="rich",
     help="Simulated flight software for spacecraft at small bodies: run, record, judge.\n\n"
          "Example: [bold]flight run cubli_asteroid[/bold]")
 scenarios.register(app)
+bags.register(app)
 claims.register(app)
+demo.register(app)
 doctor.register(app)
