@@ -30,7 +30,7 @@ def state_size(joints: int) -> int:
 def work_size(joints: int) -> int:
     """Length of the flat work array that the kernels of this module need."""
     n = joints
-    return (6 + n) * (6 + n) + 28 * (n + 1) + (3 + n) * (3 + n) + 9 * n + 3 * (6 + n) + 3 * state_size(n) + 32
+    return (6 + n) * (6 + n) + 28 * (n + 1) + (3 + n) * (3 + n) + 9 * n + 9 + 4 * (6 + n) + 3 * state_size(n)
 
 
 @kernel
@@ -81,11 +81,15 @@ def forward_dynamics(parent, rotation, offset, axis, pi, w, thd, wrench, acceler
 
 @kernel
 def stop_torque(theta, theta_dot, lower, upper, stiffness, damping):
-    """Torque of one joint's mechanical stops [N m]: a spring with damper outside [lower, upper], which never pulls."""
+    """Torque of one joint's mechanical stops [N m]: outside [lower, upper] a spring whose force grows with the rate of
+    compression, k x (1 + c x_dot), and never pulls (Hunt and Crossley 1975: no jump at the touch).
+
+    ``stiffness`` k [N m/rad], ``damping`` c [s/rad].
+    """
     if theta > upper:
-        return min(0.0, -stiffness * (theta - upper) - damping * theta_dot)
+        return -stiffness * (theta - upper) * max(0.0, 1.0 + damping * theta_dot)
     if theta < lower:
-        return max(0.0, -stiffness * (theta - lower) - damping * theta_dot)
+        return stiffness * (lower - theta) * max(0.0, 1.0 - damping * theta_dot)
     return 0.0
 
 
@@ -95,7 +99,7 @@ def state_rate(
 ):
     """Time derivative of the state. ``wrench`` as in `forward_dynamics`, from outside and from the joint drives;
     ``wheel_rate`` (3,): rate of the wheels' momentum in base axes [N m]; it acts on the base as -h_dot - w x h.
-    ``lower``, ``upper`` (n,) [rad], ``stiffness`` [N m/rad], ``damping`` [N m s/rad]: the joint stops.
+    ``lower``, ``upper`` (n,) [rad], ``stiffness`` [N m/rad], ``damping`` [s/rad]: the joint stops.
     """
     n = parent.shape[0]
     turned = 20 + 2 * n - 3  # wheel momentum

@@ -52,6 +52,7 @@ def _mapping(root) -> dict:
     if len(roots) != 1:
         found = ", ".join(roots) or "none: the joints form a loop"
         raise ModelError(f"exactly one link must be no joint's child (the base); found {found}")
+    _check_reached(roots[0], links, joints)
     _weld(joints, links)
     moving = [joint for joint in joints if joint["type"] != "fixed"]
     return {
@@ -69,6 +70,15 @@ def _mapping(root) -> dict:
             for joint in moving
         ],
     }
+
+
+def _check_reached(base, links, joints) -> None:
+    reached = {base}
+    for _ in joints:
+        reached |= {joint["child"] for joint in joints if joint["parent"] in reached}
+    lost = [name for name in links if name not in reached]
+    if lost:
+        raise ModelError(f"joints form a loop: links {', '.join(lost)} are not connected to the base '{base}'")
 
 
 def _weld(joints, links) -> None:

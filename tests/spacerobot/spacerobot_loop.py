@@ -247,7 +247,8 @@ def initial_state(theta=THETA_0, robot=ROBOT):
 def run(
     trajectory=STEP, duration=20.0, prior=None, estimator=NONE, first_row=0, g_diagonal=None, gamma=None,
     natural_gain=3.0, bandwidth=2.0, forgetting=1.0, form=0, option=0, gain=1.0, damping=K_D0, limit=np.inf,
-    period=0.02, step_size=0.01, acceleration_source=IDEAL, noise=None, pi_true=None, keep_regressors=False, robot=ROBOT,
+    period=0.02, step_size=0.01, acceleration_source=IDEAL, noise=None, pi_true=None, keep_regressors=False,
+    robot=ROBOT,
 ):  # fmt: skip
     n = robot.joints
     p = 10 * (n + 1)

@@ -5,10 +5,11 @@ The numbers come from an independent simulation of the same model; trends are th
 
 import numpy as np
 import pytest
-from tests.spacerobot.spacerobot_loop import HARMONIC, K_D0, LYAPUNOV, NATURAL, RLS, ROBOT, initial_state, run
+from tests.spacerobot.spacerobot_loop import HARMONIC, K_D0, LYAPUNOV, NATURAL, RLS, ROBOT, THETA_0, initial_state, run
 
 from spacerobot_ros.inertial_parameters import prior, smallest_pseudo_inertia_eigenvalues
 from spacerobot_ros.natural_adaptation import WORK, project
+from spacerobot_ros.sampling import damping_rates, sampling_number
 
 PI = ROBOT.pi
 PRIOR = prior(PI, 0.2, 5)
@@ -117,6 +118,23 @@ def test_torque_limit_lets_the_arm_push_the_base_the_wrong_way():
     assert np.abs(result.torque[:, :3]).max() <= 0.05  # [N m]
     assert result.overshoot == pytest.approx(2.97, abs=0.01)
     assert result.attitude_norm.max() == pytest.approx(14.4, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    "period, scale, number", [(0.25, 0.263, 2.09), (0.1, 0.71, 2.09), (0.05, 1.456, 2.09), (0.02, 3.734, 2.11)]
+)
+def test_largest_stable_gain(period, scale, number):
+    """Largest stable multiple of K_D at each control period: the loop holds 5 % below it and not 5 % above."""
+    assert sampling_number(ROBOT, THETA_0, scale * K_D0, 1.0, period) == pytest.approx(number, abs=0.006)
+    below = run(duration=60.0, period=period, damping=0.95 * scale * K_D0)
+    above = run(duration=60.0, period=period, damping=1.05 * scale * K_D0)
+    assert np.abs(below.torque[-20:]).max() < 0.01 * np.abs(below.torque).max()
+    assert not np.abs(above.torque[-20:]).max() < 0.01 * np.abs(above.torque).max()
+
+
+def test_damping_rates():
+    expected = [0.993, 1.34, 4.78, 8.48, 9.95, 14.7, 28.0]
+    np.testing.assert_allclose(damping_rates(ROBOT, THETA_0, K_D0), expected, rtol=5e-3)
 
 
 def test_initial_state_is_at_rest():

@@ -200,6 +200,11 @@ def joint(name, parent, child, kind="revolute"):
             f"{joint('j', 'a', 'c')}{joint('k', 'b', 'c')}</robot>",
             "child of two joints",
         ),
+        (
+            f'<robot name="r">{LINK.format("a")}{LINK.format("b")}{LINK.format("c")}'
+            f"{joint('j', 'b', 'c', 'fixed')}{joint('k', 'c', 'b', 'fixed')}</robot>",
+            "links b, c are not connected to the base 'a'",
+        ),
         (f'<robot name="r">{LINK.format("a")}<link name="b"/>{joint("j", "a", "b")}</robot>', "'b': mass is 0 kg"),
         (f'<robot name="r">{LINK.format("a")}{joint("j", "a", "z")}</robot>', "child link 'z' does not exist"),
         (
