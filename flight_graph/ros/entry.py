@@ -53,7 +53,7 @@ def run_component(use: str, default_name: str, arguments: list[str], announce=No
         announce({"ready": node.get_name()})
         (lockstep if node.settings.lockstep else realtime).run(node)
         announce({"done": True, "clock_master": node.settings.clock_master, "wall_s": node.wall_s})
-        while node.settings.supervised:
+        while node.settings.linger:
             node.check_alive()
             node.stopping.wait(0.05)
         return 0

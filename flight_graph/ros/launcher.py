@@ -39,7 +39,7 @@ def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: flo
     window_ns = WINDOW * min(node.period_ns for node in graph.nodes.values())
     recorded = set(scenario.recorded())
     common = {"pace": pace, "factor": float(factor), "window_ns": window_ns, "timeout_s": float(timeout_s),
-              "supervised": True}
+              "supervised": True, "linger": True}
     parameters = {}
     for name, node in graph.nodes.items():
         settings = {**common, "epoch_ns": scenario.epoch_ns, "duration_s": scenario.duration_ns / SECOND,

@@ -23,6 +23,7 @@ class RecorderSettings:
     window_ns: int
     timeout_s: float
     supervised: bool
+    linger: bool
     clock_master: bool = False
 
 
@@ -38,7 +39,8 @@ class RecorderNode(Node):
         self.settings = RecorderSettings(
             lockstep=self.pace == "lockstep", epoch_ns=self.scenario.epoch_ns, duration_ns=self.scenario.duration_ns,
             window_ns=self._get("graph.window_ns", 10**9), timeout_s=self._get("graph.timeout_s", 30.0),
-            supervised=self._get("graph.supervised", False))
+            supervised=self._get("graph.supervised", False),
+            linger=self._get("graph.linger", False))
 
     def _get(self, name, default):
         return self.declare_parameter(name, default).value
@@ -65,7 +67,7 @@ def run_recorder(arguments: list[str], announce) -> int:
         announce({"ready": node.get_name()})
         outcome = recorder.run(node, node.scenario, node.folder, node.settings)
         announce({"recorded": outcome, "bag": str(node.folder)})
-        while node.settings.supervised and not node.should_end():
+        while node.settings.linger and not node.should_end():
             stopping.wait(0.05)
         return 0
     except (FlightError, OSError) as error:

@@ -41,7 +41,8 @@ class Settings:
     window_ns: int  # how far the clock master may run ahead of them
     timeout_s: float
     stale_after_s: float  # realtime: a command older than this becomes zero
-    supervised: bool
+    supervised: bool  # tell the clock master how far this node has come
+    linger: bool  # stay after the end until told to stop, so that nothing on its way is lost
     sources: dict[str, Source] = field(default_factory=dict)
     subscribers: dict[str, int] = field(default_factory=dict)
 
@@ -75,7 +76,8 @@ def declare(node, component) -> Settings:
         window_ns=int(get("window_ns", SECOND, "how far the clock master may run ahead [ns]")),
         timeout_s=float(get("timeout_s", 10.0, "longest wait for an input or a node [s of wall time]")),
         stale_after_s=float(get("stale_after_s", 0.5, "realtime: age at which a command becomes zero [s]")),
-        supervised=bool(get("supervised", False, "end when the starting process ends")),
+        supervised=bool(get("supervised", False, "tell the clock master how far this node has come")),
+        linger=bool(get("linger", False, "stay after the end until told to stop")),
     )
     settings.wait_for = [other for other in settings.wait_for if other]
     if settings.factor <= 0:

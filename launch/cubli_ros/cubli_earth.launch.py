@@ -1,0 +1,7 @@
+"""ros2 launch cubli_ros cubli_earth.launch.py [pace:=lockstep] [out:=FOLDER]"""
+
+from flight_graph.ros.launch_description import describe
+
+
+def generate_launch_description():
+    return describe("cubli_earth")
