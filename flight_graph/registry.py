@@ -53,6 +53,8 @@ def components() -> dict[str, type[Component]]:
     for package in PACKAGES:
         for executable, target in executables(package).items():
             source, _, attribute = target.partition(":")
+            if source.startswith("flight_graph."):
+                continue  # a program of this package, which may need rclpy
             value = getattr(importlib.import_module(source), attribute)
             if _is_component(value):
                 found[f"{package}/{executable}"] = value

@@ -11,10 +11,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from msg_schemas.definitions import TYPESTORE, Nodetype, definition
+from msg_schemas.definitions import Nodetype, definition, deserialize
 from msg_schemas.qos import Role
 
 ENCAPSULATION = b"\x00\x01\x00\x00"  # CDR, little endian
+_LITTLE_ENDIAN = ENCAPSULATION[:2]
 _PRIMITIVES = {
     "bool": "?", "byte": "u1", "octet": "u1", "char": "u1", "uint8": "u1", "int8": "i1", "uint16": "<u2", "int16": "<i2",
     "uint32": "<u4", "int32": "<i4", "uint64": "<u8", "int64": "<i8", "float32": "<f4", "float64": "<f8",
@@ -46,7 +47,7 @@ class _Layout:
         self.fixed, self.groups = fixed, groups
         self.body = bytearray()
         self.padding = []
-        self.unused = set(fixed)
+        self.unused, self.constants = set(fixed), {}
         self.fields = self._struct(definition(type_name).fields, "", 0)
         if self.unused:
             raise ValueError(f"{type_name} has no variable part called {sorted(self.unused)}")
@@ -58,7 +59,8 @@ class _Layout:
 
     def _constant(self, path, default):
         self.unused.discard(path)
-        return self.fixed.get(path, default)
+        self.constants[path] = self.fixed.get(path, default)
+        return self.constants[path]
 
     def _string(self, text):
         self._align(4)
@@ -172,6 +174,7 @@ class Signal:
         for name, value in {
             "dtype": dtype, "size": size, "template": ENCAPSULATION + bytes(layout.body), "_segments": segments,
             "stamp_path": _stamp_path(self, dtype), "_payload_size": size + 4,
+            "_constants": layout.constants,
         }.items():
             object.__setattr__(self, name, value)
 
@@ -202,7 +205,7 @@ class Signal:
     # -- receipt -------------------------------------------------------------------------------------------------
     def receive(self, payload: bytes, target: np.ndarray) -> None:
         """Copy a received payload into ``target`` (the payload view of `new`). Raises SignalMismatch."""
-        if len(payload) >= self._payload_size > len(payload) - 4 and payload[1] == 1:
+        if len(payload) >= self._payload_size and payload[:2] == _LITTLE_ENDIAN:  # bytes behind the body mean nothing
             for start, stop, constant in self._segments:
                 if payload[start:stop] != constant:
                     break
@@ -213,7 +216,7 @@ class Signal:
 
     def _receive_slowly(self, payload, target):
         try:
-            message = TYPESTORE.deserialize_cdr(payload, self.type_name)
+            message = deserialize(payload, self.type_name)
         except Exception as error:
             raise SignalMismatch(
                 f"topic '{self.topic}': {len(payload)} bytes that are no {self.type_name} ({error})"
@@ -224,7 +227,7 @@ class Signal:
         target[:] = raw
 
     def _check_constants(self, message):
-        for path, expected in self.fixed.items():
+        for path, expected in self._constants.items():
             value = message
             for part in path.split("."):
                 value = (value[0] if isinstance(value, list) else value)
