@@ -1,7 +1,8 @@
 """The general decoder: CDR payloads of any layout to a structured array.
 
 Numbers and fixed arrays keep their types; strings become str objects, sequences of numbers NumPy arrays, sequences of
-strings lists, and sequences of structs structured arrays of their own. Names and nesting as in `flight_graph.bag.layout`.
+strings lists, and sequences of structs structured arrays of their own. Names and nesting are those of
+`flight_graph.bag.layout`. Bytes behind a message are ignored, as CDR readers do.
 """
 
 import struct
@@ -28,13 +29,10 @@ class Decoder:
         rows, dtype = [], self._root("<")[1]
         for payload in payloads:
             read = self._root(check_encapsulation(payload))[0]
-            body = payload[4:]
             try:
-                value, end = read(body, 0)
+                value, _ = read(payload[4:], 0)
             except (struct.error, UnicodeDecodeError, ValueError) as error:
                 raise Misfit(str(error)) from None
-            if not end <= len(body) < end + 4:
-                raise Misfit(f"{len(payload)} bytes where the definition of {self._type_name} needs {end + 4}")
             rows.append(value)
         table = np.empty(len(rows), dtype)
         for i, row in enumerate(rows):

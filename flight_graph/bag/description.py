@@ -1,4 +1,4 @@
-"""rosbag2's description of a bag (metadata.yaml, version 9) and its quality-of-service text, as ROS 2 Jazzy writes them."""
+"""rosbag2's description of a bag (metadata.yaml, version 9) and its text of QoS profiles, as ROS 2 Jazzy writes them."""
 
 import os
 from dataclasses import dataclass

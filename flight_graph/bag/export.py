@@ -62,7 +62,7 @@ def export(bag, out_dir, to: str = "csv", topics=None, units: dict | None = None
 
 
 def _entry_names(bag, topic):
-    """Names of array entries, from the message's own list ``name`` (JointState) where it is the same in all messages."""
+    """Names of array entries: the message's own list ``name`` (JointState), where it is the same in all messages."""
     names = bag.constants(topic).get("name")
     return names if isinstance(names, list) and names and len(set(names)) == len(names) else []
 

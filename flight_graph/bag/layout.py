@@ -16,8 +16,11 @@ from flight_graph.bag.message_types import PRIMITIVES, vector_group
 
 @dataclass(frozen=True)
 class Layout:
-    """dtype: of the body, item size a multiple of 8. size: bytes of the body. constants: path -> string, list of
-    strings, or length of a sequence. columns, values: (m,) positions in the payload, and the bytes that are constant."""
+    """dtype: of the body, item size a multiple of 8. size: bytes of the body.
+
+    constants: path -> string, list of strings, or length of a sequence. columns, values: (m,) positions in the payload,
+    and the bytes that are constant there.
+    """
 
     dtype: np.dtype
     size: int
@@ -35,13 +38,14 @@ class Misfit(Exception):
 
 
 def fixed_layout(trees: dict, type_name: str, payload: bytes) -> Layout:
-    """Lay out a topic by its first payload. Raises Ragged or Misfit."""
+    """Lay out a topic by its first payload. Raises Ragged or Misfit.
+
+    Bytes behind the message are ignored, as CDR readers do: Fast DDS leaves some behind empty sequences.
+    """
     check_encapsulation(payload)
     walker = _Walker(trees, payload)
     entries = walker.struct(trees[type_name], "")
     size = walker.position
-    if not size <= len(payload) - 4 < size + 4:
-        raise Misfit(f"{len(payload)} bytes where the definition of {type_name} needs {size + 4}")
     if not entries:
         raise Ragged("no numbers")
     columns = np.concatenate([np.arange(2), *[4 + np.arange(start, stop) for start, stop in walker.fixed]])

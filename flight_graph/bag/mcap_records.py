@@ -22,7 +22,10 @@ class Damage(Exception):
 
 
 def list_records(data: np.ndarray, start: int, stop: int):
-    """Return (opcodes, starts, stops, end) of the records in data[start:stop] (uint8); end: behind the last whole one."""
+    """Return (opcodes, starts, stops, end) of the records in data[start:stop] (uint8).
+
+    starts, stops: bounds of their contents. end: position behind the last whole record.
+    """
     room = max(16, (stop - start) // 64)
     while True:
         opcodes, starts, stops = np.empty(room, np.uint8), np.empty(room, np.int64), np.empty(room, np.int64)

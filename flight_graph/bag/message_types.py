@@ -1,7 +1,6 @@
 """Message definitions as a bag carries them: text to field trees, by the parsers of rosbags."""
 
-from dataclasses import replace
-from functools import cache, lru_cache
+from functools import lru_cache
 
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import get_types_from_idl, get_types_from_msg
@@ -18,11 +17,10 @@ EMPTY = (("structure_needs_at_least_one_member", (Nodetype.BASE, ("uint8", 0))),
 _GROUPS = (["x", "y", "z"], ["x", "y", "z", "w"])
 
 
-@cache
 def standard_definition(type_name: str) -> Definition:
-    """Definition of a standard type, with its RIHS01 type hash. Raises BagError for an unknown name."""
+    """Definition of a standard type. Raises BagError for an unknown name."""
     try:
-        return replace(definition(type_name), type_hash=TYPESTORE.hash_rihs01(type_name))
+        return definition(type_name)
     except ValueError as error:
         raise BagError(str(error)) from None
 

@@ -201,7 +201,7 @@ class Bag:
         except Ragged:
             return None
         width = layout.dtype.itemsize
-        out = np.zeros((len(sizes), width), np.uint8) if width > layout.size else np.empty((len(sizes), width), np.uint8)
+        out = (np.zeros if width > layout.size else np.empty)((len(sizes), width), np.uint8)
         for content, starts, row in self._blocks(topic):
             if not constants_hold(content, starts, layout.columns, layout.values):
                 return None

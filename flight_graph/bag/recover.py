@@ -140,7 +140,7 @@ def _add_topics(writer, parts, report):
             if channel.topic in topics:
                 continue
             if schema is None:
-                report.remarks.append(f"topic '{channel.topic}': its message definition is lost, and so are its messages")
+                report.remarks.append(f"topic '{channel.topic}': its definition is lost, and so are its messages")
                 continue
             message = Definition(schema.name, schema.data.decode(errors="replace"),
                                  channel.metadata.get("topic_type_hash", ""), ())

@@ -11,8 +11,9 @@ import numpy as np
 from mcap import records
 
 from flight_graph.bag.byte_kernels import MESSAGE, MESSAGE_HEAD
-from flight_graph.bag.mcap_file import MAGIC
-from flight_graph.bag.mcap_records import ChunkRecord, Damage, Opcode, attachment_checked, list_records, message_field, parse
+from flight_graph.bag.mcap_file import LIBRARY, MAGIC
+from flight_graph.bag.mcap_records import (
+    ChunkRecord, Damage, Opcode, attachment_checked, list_records, message_field, parse)
 
 _DECLARATIONS = {Opcode.SCHEMA: records.Schema, Opcode.CHANNEL: records.Channel}
 _RESUME = (Opcode.CHUNK, Opcode.MESSAGE_INDEX, Opcode.ATTACHMENT, Opcode.METADATA, Opcode.DATA_END)
@@ -96,19 +97,17 @@ def salvage_file(data: np.ndarray, name: str) -> Salvage:
     """Read what is left of a file (uint8); remarks call it ``name``."""
     found = Salvage()
     _read_summary(found, data)
-    position, walking = len(MAGIC), True
+    position = len(MAGIC)
     if data[:len(MAGIC)].tobytes() != MAGIC:
         found.lose(f"{name}: its beginning is damaged")
-        walking = False
     while position + 9 <= len(data):
-        stop = _take_record(found, data, position) if walking else None
+        stop = _take_record(found, data, position)
         if stop is None:
             resumed = _resume(data, position + 1)
             if resumed == len(data):
                 break
-            if walking:
-                found.lose(f"{name}: damage at byte {position}")
-            position, walking = resumed, True
+            found.lose(f"{name}: damage at byte {position}")
+            position = resumed
         elif data[position] == Opcode.DATA_END:
             return found
         else:
@@ -135,7 +134,7 @@ def _take_record(found, data, position):
             found.declare(_DECLARATIONS[opcode], content, trusted=False)
         elif opcode == Opcode.HEADER:
             found.library = parse(records.Header, content).library
-        elif opcode == MESSAGE and len(content) >= MESSAGE_HEAD:
+        elif opcode == MESSAGE and len(content) >= MESSAGE_HEAD and found.library != LIBRARY:  # ours are all in chunks
             found.add_records(data[position:stop].tobytes(), trusted=False)
         elif opcode == Opcode.ATTACHMENT:
             record = parse(records.Attachment, content)

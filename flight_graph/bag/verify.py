@@ -20,8 +20,11 @@ _TAIL = _FOOTER.size + len(MAGIC)  # [bytes] footer record and end magic
 
 @dataclass
 class Messages:
-    """Where the messages of a file are, in write order. All (n,): first payload byte in its block, byte behind the last,
-    channel id, log time [ns]; first: (blocks + 1,) number of the first message of each block."""
+    """Where the messages of a file are, in write order.
+
+    start, stop: (n,) first payload byte in its block, and the byte behind the last. channel: (n,) id. log_time: (n,)
+    [ns]. first: (blocks + 1,) number of the first message of each block.
+    """
 
     start: np.ndarray
     stop: np.ndarray

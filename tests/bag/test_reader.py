@@ -91,7 +91,8 @@ def _foreign_messages(i):
     yield "/odd/fixed", "foreign_msgs/msg/Odd", odd(
         i, i / 3, "same", np.array([1, 2, i], np.int16), np.array([True, i % 2 == 0]), [point(1.0, i, 2.0)] * 2, 1)
     yield "/odd/varying", "foreign_msgs/msg/Odd", odd(
-        i, i / 3, "x" * (i % 5), np.array([1, 2, i], np.int16), np.zeros(i % 3, bool), [point(1.0, i, 2.0)] * (i % 4), 1)
+        i, i / 3, "x" * (i % 5), np.array([1, 2, i], np.int16), np.zeros(i % 3, bool),
+        [point(1.0, i, 2.0)] * (i % 4), 1)
     yield "/empty", "std_msgs/msg/Empty", T["std_msgs/msg/Empty"]()
     yield "/poses", "geometry_msgs/msg/PoseArray", T["geometry_msgs/msg/PoseArray"](_header(i, "map"), [
         T["geometry_msgs/msg/Pose"](T["geometry_msgs/msg/Point"](1.0, k, i), quaternion(0.0, 0.0, 0.0, 1.0))
@@ -161,19 +162,23 @@ def test_foreign_bag_against_the_decoder_of_rosbags(foreign):
 
 
 def test_big_endian_and_changing_frames(tmp_path):
-    """Big-endian CDR reads the same values; a frame that changes at equal length is no fixed layout."""
+    """Big-endian CDR reads the same values; a frame that changes at equal length is no fixed layout; bytes behind a
+    message are ignored."""
     point = T["geometry_msgs/msg/PointStamped"]
     kind = "geometry_msgs/msg/PointStamped"
     messages = [point(_header(i, "abcd"[i % 4]), T["geometry_msgs/msg/Point"](1.5, i, -2.0)) for i in range(8)]
     with BagWriter(tmp_path / "bag") as writer:
         frames = writer.add_topic("/frames", kind, Role.SENSOR.qos)
         big = writer.add_topic("/big", kind, Role.SENSOR.qos)
+        behind = writer.add_topic("/behind", kind, Role.SENSOR.qos)
         for i, message in enumerate(messages):
+            writer.write(behind, i, bytes(STORE.serialize_cdr(message, kind)) + bytes(8))
             writer.write(frames, i, bytes(STORE.serialize_cdr(message, kind)))
             writer.write(big, i, bytes(STORE.serialize_cdr(messages[0], kind, little_endian=False)))
     bag = read_bag(tmp_path / "bag")
     assert [frame for frame in bag["/frames"]["header"]["frame_id"]] == list("abcdabcd")
     np.testing.assert_array_equal(bag["/frames"]["point"][:, 1], np.arange(8))
+    np.testing.assert_array_equal(bag["/behind"]["point"], bag["/frames"]["point"])
     np.testing.assert_array_equal(bag["/big"]["point"], [[1.5, 0.0, -2.0]] * 8)
     assert bag.constants("/big") == {"header.frame_id": "a"}
 
