@@ -14,11 +14,19 @@ def period_ns(rate_hz: float, where: str) -> int:
     rate = _positive(rate_hz, where, "a rate in Hz")
     period = SECOND / rate
     if period.denominator != 1:
-        low = SECOND // (SECOND // rate + 1) if rate < SECOND else rate
         raise FlightError(
             f"{where}: {rate_hz} Hz has a period of {float(period):.3f} ns, which is no whole number of nanoseconds; "
-            f"take a rate that divides 1e9, such as {float(Fraction(round(float(low)))):g}")
+            f"take a rate that divides 1e9, such as {_neighbours(rate)}")
     return int(period)
+
+
+def _neighbours(rate: Fraction) -> str:
+    """The nearest divisors of 1e9 below and above (of 1, in steps of 1e-9, for a rate below 1 Hz)."""
+    unit = Fraction(1) if rate >= 1 else Fraction(1, SECOND)
+    rates = [2**a * 5**b * unit for a in range(10) for b in range(10)]
+    below = max((other for other in rates if other < rate), default=None)
+    above = min((other for other in rates if other > rate), default=None)
+    return " or ".join(f"{float(other):.15g}" for other in (below, above) if other is not None)
 
 
 def duration_ns(seconds: float, where: str) -> int:

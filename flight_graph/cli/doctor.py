@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from flight_graph.cli.show import console
+from flight_graph.cli.show import add, console
 
 _PACKAGES = ("flight_graph", "numpy", "numba", "scipy", "mcap", "rosbags", "pydantic", "matplotlib")
 _TALK = '''
@@ -50,7 +50,7 @@ def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print one JSON 
         from rich.table import Table
         table = Table("what", "found")
         for name, value in report.items():
-            table.add_row(name, str(value))
+            add(table, name, value)
         console.print(table)
     if report["ros"] and not report["two processes can talk"]:
         raise typer.Exit(1)

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 import yaml
 
-from flight_graph.cli.show import RunProgress, console, metrics_table, status
+from flight_graph.cli.show import RunProgress, add, console, metrics_table, status
 from flight_graph.errors import FlightError
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
@@ -41,7 +41,7 @@ def list_(
     for title, rows in (("scenarios", titles), ("components", components)):
         table = Table("name", "what it is", title=title, title_justify="left")
         for name, text in rows.items():
-            table.add_row(name, text)
+            add(table, name, text)
         console.print(table)
 
 
@@ -127,16 +127,17 @@ def _show_scenario(scenario, as_json):
         print(json.dumps(scenario.resolved()))
         return
     from rich.table import Table
-    console.print(f"[bold]{scenario.name}[/bold]: {scenario.file.title}\n{scenario.file.description}".rstrip())
+    from rich.text import Text
+    console.print(Text.assemble((scenario.name, "bold"), f": {scenario.file.title}\n{scenario.file.description}".rstrip()))
     table = Table("component", "is a", "rate [Hz]", "input <- source", "output topics")
     for name, node_ in scenario.graph.nodes.items():
         inputs = [f"{port} <- {edge.node}.{edge.port}{' (delay 1)' if edge.delay else ''}"
                   for port, edge in node_.inputs.items()]
         topics = ["/" + signal.topic for signal in node_.component.outputs.values()]
-        table.add_row(name, node_.use, f"{node_.rate_hz:g}", "\n".join(inputs), "\n".join(topics))
+        add(table, name, node_.use, f"{node_.rate_hz:g}", "\n".join(inputs), "\n".join(topics))
     console.print(table)
     table = Table("parameter", "value", "allowed", "meaning", "source")
     for name, node_ in scenario.graph.nodes.items():
         for entry in node_.component.parameters.entries.values():
-            table.add_row(f"{name}.{entry.name}", str(node_.values[entry.name]), entry.range_text, entry.doc, entry.source)
+            add(table, f"{name}.{entry.name}", node_.values[entry.name], entry.range_text, entry.doc, entry.source)
     console.print(table)

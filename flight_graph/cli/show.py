@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
+from rich.text import Text
 
 console = Console(soft_wrap=not sys.stdout.isatty(), width=None if sys.stdout.isatty() else 160)
 _errors = Console(stderr=True)
@@ -59,12 +60,17 @@ def steps(name: str, wanted: bool):
         yield lambda done, total, what="": bar.update(task, completed=done, total=total, description=f"{name}: {what}")
 
 
+def add(table: Table, *cells) -> None:
+    """Add a row of plain text: brackets (``[rad]``) stand for themselves."""
+    table.add_row(*(Text(str(cell)) for cell in cells))
+
+
 def metrics_table(scenario, outcome) -> Table:
     """The metrics of a run."""
     table = Table("metric", "value", title=f"{scenario.name} ({outcome.engine}, {scenario.duration_ns / 1e9:g} s "
                   f"in {outcome.wall_s:.3g} s)", title_justify="left")
     for name, value in outcome.metrics.items():
-        table.add_row(name, number(value))
+        add(table, name, number(value))
     return table
 
 
