@@ -1,4 +1,4 @@
-"""rosbag2's description of a bag (metadata.yaml, version 9) and its text of QoS profiles, as ROS 2 Jazzy writes them."""
+"""The description of a bag (metadata.yaml, version 9) and its text of QoS profiles, as rosbag2 of Jazzy writes them."""
 
 import os
 from dataclasses import dataclass
