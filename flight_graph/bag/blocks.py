@@ -16,7 +16,7 @@ _CHUNK_FIXED = 40  # [bytes] of a chunk record besides the name of its compressi
 
 @dataclass
 class Chunks:
-    """The chunks of a file, all (n,): bounds of the record's content, size and CRC of its content, start of its data."""
+    """The chunks of a file, all (n,): bounds of the record, size and CRC of its content, start of its packed data."""
 
     data: np.ndarray
     start: np.ndarray
