@@ -3,5 +3,7 @@
 EXECUTABLES = {
     "appc_controller": "cubli_ros.appc_controller:AppcController",
     "attitude_estimator": "cubli_ros.attitude_estimator:AttitudeEstimator",
+    "backstepping_controller": "cubli_ros.backstepping_controller:BacksteppingController",
     "jump_monitor": "cubli_ros.jump_monitor:JumpMonitor",
+    "pd_controller": "cubli_ros.pd_controller:PdController",
 }

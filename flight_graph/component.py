@@ -13,6 +13,7 @@ An input that never arrived is zero, stamp included.
 
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Callable, ClassVar
 
 from flight_graph.kernel import kernel as _kernel
@@ -80,6 +81,16 @@ class Component:
         """First line of the docstring."""
         text = (cls.__doc__ or sys.modules[cls.__module__].__doc__ or "").strip()
         return text.splitlines()[0] if text else ""
+
+    @classmethod
+    def resolve(cls, values: dict, where: str, folder: Path | None = None) -> dict:
+        """Parameters that follow from others: return the values to run with, by default as they are. Raises FlightError.
+
+        Called once before a run, after each value was checked by itself and before `check`. What it computes (a site's
+        gravity from its latitude) is written into the bag, so it must come out the same when done again on its result.
+        folder: where a relative file name starts.
+        """
+        return values
 
     @classmethod
     def check(cls, values: dict, where: str) -> None:

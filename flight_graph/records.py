@@ -4,7 +4,8 @@
         lambda_a: Vec3 = field(0.041, unit="rad/s", gt=0, source="Table 2", doc="gain on the attitude error")
         law: Choice("explicit", "implicit") = field("implicit", doc="form of the law")
 
-An annotation is ``float``, ``int``, ``bool``, an array of float64 (``Vec3``, ``Array(3, 3)``) or a ``Choice``.
+An annotation is ``float``, ``int``, ``bool``, an array of float64 (``Vec3``, ``Array(3, 3)``), a ``Choice``, or ``str``: a
+text (a file's name) for `Component.resolve`, which the kernel's record does not carry.
 """
 
 from dataclasses import dataclass
@@ -45,7 +46,7 @@ class Entry:
     """One declared entry of a record."""
 
     name: str
-    kind: str  # float, int, bool or choice
+    kind: str  # float, int, bool, choice or text
     shape: tuple
     words: tuple
     default: object
@@ -62,7 +63,7 @@ class Entry:
             return "one of " + ", ".join(self.words)
         text = " and ".join(f"{signs[key]} {bound:g}" for key, bound in self.bounds)
         size = f"{' x '.join(map(str, self.shape))} numbers" if self.shape else {
-            "float": "a finite number", "int": "a whole number", "bool": "true or false"}[self.kind]
+            "float": "a finite number", "int": "a whole number", "bool": "true or false", "text": "a text"}[self.kind]
         return f"{size}{', ' + text if text else ''}{' [' + self.unit + ']' if self.unit not in ('', '1') else ''}"
 
     @property
@@ -76,6 +77,10 @@ class Entry:
             if value not in self.words:
                 raise FlightError(f"{where}: {value!r} is not allowed; allowed: {self.range_text}")
             return self.words.index(value)
+        if self.kind == "text":
+            if not isinstance(value, str):
+                raise FlightError(f"{where}: {value!r} is not allowed; allowed: {self.range_text}")
+            return value
         try:
             if not self.shape:
                 return _adapter(self, ()).validate_python(_number(value))
@@ -91,7 +96,8 @@ class Entry:
         """The value as a scenario file writes it."""
         if self.kind == "choice":
             return self.words[int(record_value)]
-        return record_value.tolist() if self.shape else {"float": float, "int": int, "bool": bool}[self.kind](record_value)
+        scalar = {"float": float, "int": int, "bool": bool, "text": str}[self.kind]
+        return record_value.tolist() if self.shape else scalar(record_value)
 
 
 def flat(value):
@@ -149,7 +155,8 @@ class Record:
             if name in dict(cls.RESERVED) or hasattr(np.record, name):
                 raise TypeError(f"{cls.__name__}.{name}: this name is reserved (NumPy records have it too)")
         cls.dtype = np.dtype(
-            [(entry.name, *_pair(entry.format)) for entry in cls.entries.values()] + list(cls.RESERVED), align=True)
+            [(entry.name, *_pair(entry.format)) for entry in cls.entries.values() if entry.kind != "text"]
+            + list(cls.RESERVED), align=True)
 
     @classmethod
     def defaults(cls) -> dict:
@@ -173,7 +180,9 @@ class Record:
         """Return a (1,) record array of the defaults, updated by ``values``."""
         record = np.zeros(1, cls.dtype)
         for name, entry in cls.entries.items():
-            record[name] = entry.validate((values or {}).get(name, entry.default), f"{where}.{name}")
+            value = entry.validate((values or {}).get(name, entry.default), f"{where}.{name}")
+            if entry.kind != "text":
+                record[name] = value
         return record
 
 
@@ -195,7 +204,7 @@ def _pair(fmt):
 
 
 def _entry(name, annotation, given, cls):
-    kinds = {float: "float", int: "int", bool: "bool"}
+    kinds = {float: "float", int: "int", bool: "bool", str: "text"}
     if isinstance(annotation, Array):
         kind, shape, words = "float", annotation.shape, ()
     elif isinstance(annotation, Choice):
@@ -203,7 +212,7 @@ def _entry(name, annotation, given, cls):
     elif annotation in kinds:
         kind, shape, words = kinds[annotation], (), ()
     else:
-        raise TypeError(f"{cls.__name__}.{name}: {annotation!r} is not float, int, bool, Array(...) or Choice(...)")
+        raise TypeError(f"{cls.__name__}.{name}: {annotation!r} is not float, int, bool, str, Array(...) or Choice(...)")
     default = given["default"]
     if isinstance(default, (list, np.ndarray)):
         default = tuple(np.asarray(default, float).ravel().tolist())
@@ -213,4 +222,6 @@ def _entry(name, annotation, given, cls):
         default = False
     if kind == "int" and default == 0.0:
         default = 0
+    if kind == "text" and default == 0.0:
+        default = ""
     return Entry(name, kind, shape, words, default, given["unit"], given["source"], given["doc"], given["bounds"])

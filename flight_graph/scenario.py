@@ -12,6 +12,7 @@
     record: {max_rate_hz: 1000}
     metrics: papers.appc.metrics:compute
 
+A parameter may follow from another component's: ``gravity: "= plant.gravity"`` (`flight_graph.expressions`).
 It is validated as a whole before anything runs; an error names the file and the key.
 """
 
@@ -22,7 +23,7 @@ from typing import Any
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from flight_graph import registry
+from flight_graph import expressions, registry
 from flight_graph.errors import FlightError, unknown
 from flight_graph.graph import Edge, Graph, Node
 from flight_graph.noise import stream_key
@@ -99,7 +100,7 @@ class Scenario:
         if self.epoch_ns <= 0 or (self.epoch_ns + self.duration_ns) >= 2**31 * 10**9:
             raise FlightError(f"{origin}: epoch_ns: {self.epoch_ns} is not allowed; allowed: a stamp after 1970 whose "
                               "seconds fit 31 bits at the end of the run (ROS reads zero as 'no clock')")
-        nodes = [self._node(name, entry) for name, entry in self.file.components.items()]
+        nodes = self._nodes()
         base = None
         if self.file.base_rate_hz is not None:
             from flight_graph.timebase import period_ns
@@ -148,8 +149,28 @@ class Scenario:
                 plan[name, port] = every
         return plan
 
-    def _node(self, name, entry):
+    def _nodes(self):
+        """The nodes in the order of the file; one that reads another's parameters is made after it."""
+        made, waiting = {}, dict(self.file.components)
+        while waiting:
+            known = {name: node.values for name, node in made.items()}
+            ready = [name for name, entry in waiting.items() if not self._read_by(name, entry) & waiting.keys()]
+            if not ready:
+                raise FlightError(f"{self.origin}: components: {' and '.join(waiting)} take parameters from each other "
+                                  "(or from themselves) in a circle")
+            for name in ready:
+                made[name] = self._node(name, waiting.pop(name), known)
+        return [made[name] for name in self.file.components]
+
+    def _read_by(self, name, entry):
+        """Names of the components whose parameters an entry reads."""
+        return set().union(*[expressions.references(value, f"{self.origin}: components.{name}.parameters.{key}")
+                             for key, value in entry.parameters.items() if expressions.is_expression(value)])
+
+    def _node(self, name, entry, known):
         where = f"{self.origin}: components.{name}"
+        given = {key: expressions.evaluate(value, known, f"{where}.parameters.{key}")
+                 if expressions.is_expression(value) else value for key, value in entry.parameters.items()}
         try:
             component = registry.component(entry.use, self.folder)
         except FlightError as error:
@@ -157,7 +178,8 @@ class Scenario:
         values = component.parameters.defaults()
         if "seed" in component.parameters.entries:
             values["seed"] = stream_key(self.file.seed, name)
-        values.update(component.parameters.validate(entry.parameters, f"{where}.parameters"))
+        values.update(component.parameters.validate(given, f"{where}.parameters"))
+        values = component.resolve(values, f"{where}.parameters", self.folder)
         component.check(values, where)
         rate = component.rate_hz if entry.rate_hz is None else entry.rate_hz
         return Node(name, entry.use, component, values, rate)
@@ -207,23 +229,36 @@ def load(name_or_path: str, overrides: dict[str, Any] | None = None) -> Scenario
         raise FlightError(f"{path}: this is no YAML: {' '.join(str(error).split())}") from None
     if not isinstance(data, dict):
         raise FlightError(f"{path}: a scenario is a mapping of keys (name, title, duration_s, components, ...)")
-    return Scenario(override(data, overrides or {}), str(path.name), path.parent)
+    return Scenario(override(data, overrides or {}, folder=path.parent), str(path.name), path.parent)
 
 
-def override(data: dict, overrides: dict[str, Any]) -> dict:
-    """Return a copy of a scenario's data with ``component.parameter`` (or ``.rate_hz``) and top-level keys replaced."""
+def override(data: dict, overrides: dict[str, Any], origin: str = "--set", folder: Path | None = None) -> dict:
+    """Return a copy of a scenario's data with ``component.parameter`` (or ``.rate_hz``) and top-level keys replaced.
+
+    ``component.use`` puts another component in the place: it keeps those of the file's parameters that it has itself
+    (the file wrote them for the one that left), and everything else that is overridden.
+    origin: where the overrides come from, for error texts. folder: where a relative component file starts.
+    """
     data = {**data, "components": {name: dict(entry or {}) for name, entry in (data.get("components") or {}).items()}}
-    for key, value in overrides.items():
+    for key in sorted(overrides, key=lambda key: not key.endswith(".use")):
+        value = overrides[key]
         component, _, parameter = key.partition(".")
         if not parameter:
             if key not in ScenarioFile.model_fields or key in ("components", "connect"):
-                raise FlightError(f"--set {key}: write component.parameter=value")
+                raise FlightError(f"{origin} {key}: write component.parameter=value")
             data[key] = value
             continue
         if component not in data["components"]:
-            raise unknown("component", component, data["components"], f"--set {key}")
+            raise unknown("component", component, data["components"], f"{origin} {key}")
         entry = data["components"][component]
-        if parameter in ("rate_hz", "use"):
+        if parameter == "use":
+            try:
+                entries = registry.component(str(value), folder).parameters.entries
+            except FlightError as error:
+                raise FlightError(f"{origin} {key}: {error}") from None
+            kept = {name: given for name, given in (entry.get("parameters") or {}).items() if name in entries}
+            entry.update(use=value, parameters=kept)
+        elif parameter == "rate_hz":
             entry[parameter] = value
         else:
             entry["parameters"] = {**(entry.get("parameters") or {}), parameter: value}

@@ -22,6 +22,24 @@ TRUTH = named_vector("cubli/truth", BASE, {
     "disturbance": Quantity(3, "rad/s^2", "disturbing angular acceleration now, eq. (42)"),
     "gravity": Quantity(3, "m/s^2", "in the body frame"),
 }, Role.TRUTH, doc="true state of the rover")
+TRUTH_CONTACT = named_vector("cubli/truth/contact", SITE, {
+    "phase": Quantity(None, "1", "0 standing on the corner, 1 flight, 2 ended (the state is frozen)"),
+    "sliding": Quantity(None, "1", "1 while the corner slides"),
+    "slipping": Quantity(None, "1", "1 while the force that holds the corner is outside the friction cone"),
+    "normal_force": Quantity(None, "1", "smallest since the last message, in m g; as needed to hold the corner"),
+    "friction_ratio": Quantity(None, "1", "largest since the last message: tangential over normal force; 1e6: no contact"),
+    "force": Quantity(3, "N", "of the ground on the corner, now"),
+    "slip_time": Quantity(None, "s", "first time outside the friction cone; -1: never"),
+    "lift_off_time": Quantity(None, "s", "first time without contact; -1: never"),
+    "end_time": Quantity(None, "s", "when the run was decided; -1: not yet"),
+    "outcome": Quantity(None, "1", "0 none yet, 1 landed after a flight, 2 fell on another corner, 3 jammed while sliding"),
+    "touching_corner": Quantity(None, "1", "which corner touched, bits 0 1 2: the far side along x y z; -1: none"),
+    "touching_speed": Quantity(None, "m/s", "of that corner into the ground"),
+    "corner": Quantity(3, "m", "position of the corner it stood on"),
+    "corner_velocity": Quantity(3, "m/s", "velocity of that corner"),
+    "centre": Quantity(3, "m", "position of the cube's centre"),
+    "centre_velocity": Quantity(3, "m/s", "velocity of the cube's centre"),
+}, Role.TRUTH, doc="contact with the ground: forces, events, and the motion of corner and centre in the site frame")
 TRUTH_ATTITUDE = Signal("cubli/truth/attitude", "sensor_msgs/msg/Imu", Role.TRUTH, {"header.frame_id": BASE},
                         doc="true attitude (body to balance frame) and body rates, in the form of an estimate")
 TRUTH_POSE = Signal("cubli/truth/pose", "geometry_msgs/msg/PoseStamped", Role.TRUTH, {"header.frame_id": SITE},
@@ -60,6 +78,12 @@ FUNNEL = named_vector("cubli/funnel", BASE, {
     "outside": Quantity(None, "1", "samples with |xi| >= 1"),
     "clipped": Quantity(None, "1", "samples with a clipped torque"),
 }, Role.TELEMETRY, doc="funnels of the adaptive prescribed performance law")
+TRACKING = named_vector("cubli/attitude_tracking", BASE, {
+    "attitude_error": Quantity(3, "rad", "of the Cardan angles"),
+    "virtual_rate": Quantity(3, "rad/s", "alpha of backstepping; zero for a law without one"),
+    "torque_demand": Quantity(3, "N m", "before the limit"),
+    "torque": Quantity(3, "N m", "after the limit"),
+}, Role.TELEMETRY, doc="inside of a law without funnels (PD, backstepping)")
 JUMP_MARGINS = named_vector("cubli/jump_margins", BASE, {
     "planar_limit": Quantity(None, "rad/s", "omega_9 of eq. (9)"),
     "corner_limit": Quantity(None, "rad/s", "the same about the corner"),

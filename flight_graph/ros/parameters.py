@@ -34,6 +34,7 @@ class ComponentParameters:
             default = component.parameters.defaults()[name]
             self._values[name] = node.declare_parameter(name, flat(default), descriptor(entry)).value
         self._values = component.parameters.validate(self._values, node.get_name())
+        self._values = component.resolve(self._values, node.get_name())
         component.check(self._values, node.get_name())
         self.record = component.parameters.record(self._values, node.get_name())
         node.add_on_set_parameters_callback(self._on_set)
@@ -53,6 +54,7 @@ class ComponentParameters:
             return SetParametersResult(successful=False, reason=f"{', '.join(fixed)}: fixed when the node starts")
         try:
             values = {**self._values, **self._component.parameters.validate(changes, self._node.get_name())}
+            values = self._component.resolve(values, self._node.get_name())
             self._component.check(values, self._node.get_name())
         except FlightError as error:
             return SetParametersResult(successful=False, reason=str(error))

@@ -1,0 +1,73 @@
+"""Parameters that follow from other components: ``gravity: "= plant.gravity"`` in a scenario or behind ``--set``.
+
+What stands behind the equals sign is arithmetic (+ - * / **), the functions and pi below, lists, and parameters of other
+components, ``component.parameter`` or ``component.parameter[0]``. It is worked out once, before the run, from the other
+component's final values; the bag carries the number.
+"""
+
+import ast
+import math
+import operator
+
+from flight_graph.errors import FlightError, unknown
+
+FUNCTIONS = {"sqrt": math.sqrt, "sin": math.sin, "cos": math.cos, "tan": math.tan, "atan": math.atan, "exp": math.exp,
+             "radians": math.radians, "abs": abs, "min": min, "max": max}
+_OPERATORS = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
+              ast.Pow: operator.pow, ast.USub: operator.neg, ast.UAdd: operator.pos}
+
+
+def is_expression(value) -> bool:
+    """Whether a parameter's value is to be worked out."""
+    return isinstance(value, str) and value.lstrip().startswith("=")
+
+
+def references(text: str, where: str) -> set[str]:
+    """Names of the components that an expression reads."""
+    return {node.value.id for node in ast.walk(_parsed(text, where))
+            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name)}
+
+
+def evaluate(text: str, components: dict[str, dict], where: str):
+    """The expression's value: a number or a list. components: name -> parameters in plain form."""
+    try:
+        return _value(_parsed(text, where).body, components, where)
+    except (ArithmeticError, ValueError, TypeError, IndexError, OverflowError) as error:
+        if isinstance(error, FlightError):
+            raise
+        raise FlightError(f"{where}: '{text}' has no value: {error}") from None
+
+
+def _parsed(text, where):
+    try:
+        return ast.parse(text.lstrip().removeprefix("=").strip(), mode="eval")
+    except SyntaxError:
+        raise FlightError(f"{where}: '{text}' is no expression; write for example '= 2 * plant.gravity'") from None
+
+
+def _value(node, components, where):
+    if isinstance(node, ast.Constant) and type(node.value) in (int, float):
+        return node.value
+    if isinstance(node, ast.Name) and node.id == "pi":
+        return math.pi
+    if isinstance(node, ast.List):
+        return [_value(item, components, where) for item in node.elts]
+    if isinstance(node, ast.UnaryOp) and type(node.op) in _OPERATORS:
+        return _OPERATORS[type(node.op)](_value(node.operand, components, where))
+    if isinstance(node, ast.BinOp) and type(node.op) in _OPERATORS:
+        return _OPERATORS[type(node.op)](_value(node.left, components, where), _value(node.right, components, where))
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.keywords:
+        if node.func.id not in FUNCTIONS:
+            raise unknown("function", node.func.id, FUNCTIONS, where)
+        return FUNCTIONS[node.func.id](*[_value(item, components, where) for item in node.args])
+    if isinstance(node, ast.Subscript):
+        return _value(node.value, components, where)[_value(node.slice, components, where)]
+    if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+        if node.value.id not in components:
+            raise unknown("component", node.value.id, components, where)
+        values = components[node.value.id]
+        if node.attr not in values:
+            raise unknown("parameter", node.attr, values, f"{where}: {node.value.id}")
+        return values[node.attr]
+    raise FlightError(f"{where}: '{ast.unparse(node)}' is not allowed in an expression; allowed: numbers, + - * / **, "
+                      f"{', '.join(FUNCTIONS)}, pi, lists and component.parameter")
