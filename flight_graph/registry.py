@@ -21,14 +21,19 @@ def executables(package: str) -> dict[str, str]:
     return importlib.import_module(f"{package}.nodes").EXECUTABLES
 
 
-def component(name: str, folder: Path | None = None) -> type[Component]:
-    """Return the component class called ``name``. Raises FlightError with the nearest names.
+def absolute(name: str, folder: Path | None) -> str:
+    """``name`` with a relative ``path/file.py:Class`` made absolute; it starts in ``folder`` (the scenario's)."""
+    source, _, attribute = name.rpartition(":")
+    if not source.endswith(".py"):
+        return name
+    return f"{((folder or Path()) / source).resolve()}:{attribute}"
 
-    folder: where a relative ``path/file.py:Class`` starts (the scenario's folder).
-    """
+
+def component(name: str) -> type[Component]:
+    """Return the component class called ``name``. Raises FlightError with the nearest names."""
     if ":" in name:
         source, _, attribute = name.rpartition(":")
-        module = _file_module(source, folder) if source.endswith(".py") else _module(source, name)
+        module = _file_module(source) if source.endswith(".py") else _module(source, name)
         if not hasattr(module, attribute):
             classes = [key for key, value in vars(module).items() if _is_component(value)]
             raise unknown("component", attribute, classes, source)
@@ -72,12 +77,10 @@ def _module(source, name):
         raise FlightError(f"'{name}': there is no module '{error.name}'") from None
 
 
-def _file_module(source, folder):
-    path = Path(source)
-    path = path if path.is_absolute() or folder is None else folder / path
+def _file_module(source):
+    path = Path(source).resolve()
     if not path.is_file():
         raise FlightError(f"there is no file '{path}'")
-    path = path.resolve()
     for module in list(sys.modules.values()):
         if getattr(module, "__file__", None) == str(path):
             return module
