@@ -3,6 +3,7 @@
 With NUMBA_DISABLE_JIT=1 in the environment the same generated source runs as plain Python (engine ``python``).
 """
 
+import threading
 import time
 from dataclasses import dataclass, field
 
@@ -10,10 +11,15 @@ import numba
 import numpy as np
 
 from flight_graph import source
-from flight_graph.errors import FlightError
+from flight_graph.errors import RunStopped
 from flight_graph.scenario import Scenario
 from flight_graph.timebase import SECOND
 from msg_schemas.signal import Signal
+
+
+SHORTEST_CHUNK = 2000  # [ticks] between calls of progress; entering the loop costs some 50 us
+_COMPILING = threading.Lock()  # runs of a sweep are threads of one process
+_READY = set()  # modules whose machine code is loaded
 
 
 @dataclass
@@ -64,8 +70,11 @@ class CompiledRun:
         """Whether the machine code lies in the cache."""
         return numba.config.DISABLE_JIT or source.is_cached(self.module)
 
-    def prepare(self, ticks: int) -> dict:
-        """Fresh arrays for a run: parameters, states, outputs, logs, by the names of the loop's arguments."""
+    def prepare(self, ticks: int, logs: dict | None = None) -> dict:
+        """Fresh arrays for a run: parameters, states, outputs, logs, by the names of the loop's arguments.
+
+        logs: the arrays of an earlier run; those that fit are filled again (a run fills every row).
+        """
         arrays = {}
         for node in self.graph.nodes.values():
             component = node.component
@@ -79,7 +88,10 @@ class CompiledRun:
                 arrays[f"H_{node.name}_{port}"] = signal.new()[1]
         for (name, port), every in self.plan.items():
             period = self.graph.nodes[name].output_period_ns(port) * every // self.graph.base_ns
-            arrays[f"L_{name}_{port}"] = self.graph.signal(name, port).zeros(-(-ticks // period))
+            log, rows, signal = f"L_{name}_{port}", -(-ticks // period), self.graph.signal(name, port)
+            old = (logs or {}).get(log)
+            fits = old is not None and len(old) == rows and old.dtype == signal.dtype
+            arrays[log] = old if fits else signal.zeros(rows)
         arrays = {name: arrays[name] for name in self.names}
         if numba.config.DISABLE_JIT:
             arrays = {name: array.view(np.recarray) for name, array in arrays.items()}
@@ -88,29 +100,39 @@ class CompiledRun:
     def compile(self) -> float:
         """Make the loop ready (from the cache where it can be); return the seconds it took."""
         began = time.perf_counter()
-        arrays = list(self.prepare(0).values())
-        with np.errstate(all="ignore"):
-            self.module.start(*arrays)
-            self.module.run(self._control(0), *arrays)
+        with _COMPILING:
+            if self.module not in _READY:
+                arrays = list(self.prepare(0).values())
+                with np.errstate(all="ignore"):
+                    self.module.start(*arrays)
+                    self.module.run(self._control(0), *arrays)
+                _READY.add(self.module)
         return time.perf_counter() - began
 
-    def run(self, progress=None) -> Recording:
-        """Run the scenario. progress(seconds simulated) is called now and then. Raises FlightError on a fault."""
+    def run(self, progress=None, logs: dict | None = None) -> Recording:
+        """Run the scenario. progress(seconds simulated) is called now and then. Raises RunStopped on a fault.
+
+        logs: takes the arrays of the log, and gives those of an earlier run back to this one: a recording made with the
+        same dictionary before is overwritten.
+        """
         compile_s = self.compile()
         ticks = -(-self.scenario.duration_ns // self.graph.base_ns)
-        arrays = self.prepare(ticks)
+        arrays = self.prepare(ticks, logs)
         control, values = self._control(ticks), list(arrays.values())
-        chunk = max(1, ticks // 100) if progress else ticks
+        chunk = max(SHORTEST_CHUNK, ticks // 100) if progress else ticks
         began = time.perf_counter()
         with np.errstate(all="ignore"):
             self.module.start(*values)
             while control[source.TICK] < ticks:
                 control[source.END] = min(ticks, control[source.TICK] + chunk)
                 if self.module.run(control, *values):
-                    raise FlightError(self._stop_sentence(control, arrays))
+                    reason = "fault" if control[source.STOP] == source.FAULT else "nonfinite"
+                    raise RunStopped(self._stop_sentence(control, arrays), reason)
                 if progress:
                     progress(int(control[source.TICK]) * self.graph.base_ns / SECOND)
         wall_s = time.perf_counter() - began
+        if logs is not None:
+            logs.update((name, arrays[name]) for name in arrays if name.startswith("L_"))
         return Recording(self.scenario, self._tracks(arrays), wall_s, compile_s)
 
     def _control(self, ticks):

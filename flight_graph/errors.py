@@ -7,6 +7,14 @@ class FlightError(ValueError):
     """Something a user can put right. The command line prints the sentence and exits with status 2."""
 
 
+class RunStopped(FlightError):
+    """A run that a component stopped. reason: ``fault`` or ``nonfinite``."""
+
+    def __init__(self, sentence: str, reason: str):
+        super().__init__(sentence)
+        self.reason = reason
+
+
 def unknown(kind: str, name: str, known, where: str = "") -> FlightError:
     """An unknown name, with the nearest known ones."""
     known = sorted(known)

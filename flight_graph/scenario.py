@@ -11,6 +11,7 @@
       controller.attitude: plant.attitude               # or {from: plant.attitude, delay: 1}
     record: {max_rate_hz: 1000}
     metrics: papers.appc.metrics:compute
+    vary: {grid: {controller.rate_hz: [20, 50, 100]}}   # what `flight sweep` varies, see `flight_graph.vary`
 
 A parameter may follow from another component's: ``gravity: "= plant.gravity"`` (`flight_graph.expressions`).
 It is validated as a whole before anything runs; an error names the file and the key.
@@ -28,6 +29,7 @@ from flight_graph.errors import FlightError, unknown
 from flight_graph.graph import Edge, Graph, Node
 from flight_graph.noise import stream_key
 from flight_graph.timebase import J2000, duration_ns
+from flight_graph.vary import Vary
 
 
 class _Strict(BaseModel):
@@ -113,6 +115,10 @@ class Scenario:
         except FlightError as error:
             raise FlightError(f"{origin}: {error}") from None
         self._check_recorded_topics()
+        self.vary = None
+        if self.file.vary is not None:
+            self.vary = Vary(self.file.vary, origin)
+            self.vary.check({node.name: node.component for node in nodes})
 
     @property
     def name(self) -> str:
@@ -172,7 +178,8 @@ class Scenario:
         given = {key: expressions.evaluate(value, known, f"{where}.parameters.{key}")
                  if expressions.is_expression(value) else value for key, value in entry.parameters.items()}
         try:
-            component = registry.component(entry.use, self.folder)
+            use = registry.absolute(entry.use, self.folder)
+            component = registry.component(use)
         except FlightError as error:
             raise FlightError(f"{where}.use: {error}") from None
         values = component.parameters.defaults()
@@ -182,7 +189,7 @@ class Scenario:
         values = component.resolve(values, f"{where}.parameters", self.folder)
         component.check(values, where)
         rate = component.rate_hz if entry.rate_hz is None else entry.rate_hz
-        return Node(name, entry.use, component, values, rate)
+        return Node(name, use, component, values, rate)
 
     def _connections(self):
         connections = {}
@@ -209,12 +216,31 @@ def available() -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
 
 
-def load(name_or_path: str, overrides: dict[str, Any] | None = None) -> Scenario:
+def load(name_or_path: str, overrides: dict[str, Any] | None = None, case: int | None = None) -> Scenario:
     """Read, override and validate a scenario.
 
     name_or_path: the name of one that comes with the packages, or a YAML file.
     overrides: ``component.parameter`` -> value, ``component.rate_hz`` -> value, or a top-level key -> value.
+    case: number of a case of its ``vary`` block, whose values come on top.
     """
+    scenario = Scenario(*read(name_or_path, overrides))
+    return scenario if case is None else vary_case(scenario, case, overrides)
+
+
+def vary_case(scenario: Scenario, case: int, overrides: dict[str, Any] | None = None) -> Scenario:
+    """The scenario of case number ``case``. overrides: what was set by hand, which must not be varied as well."""
+    if scenario.vary is None:
+        raise FlightError(f"{scenario.origin}: it has no 'vary' block, so it has no case {case}")
+    values = scenario.vary.overrides(case)
+    for key in values:
+        if key in (overrides or {}):
+            raise FlightError(f"{scenario.origin}: '{key}' is varied; it cannot be set to {overrides[key]!r} as well")
+    data = scenario.file.model_dump(by_alias=True, exclude={"vary"})
+    return Scenario(override(data, values, f"vary, case {case}", scenario.folder), scenario.origin, scenario.folder)
+
+
+def read(name_or_path: str, overrides: dict[str, Any] | None = None) -> tuple[dict, str, Path]:
+    """A scenario's data with overrides applied, the name of its file for error texts, and its folder."""
     path = Path(name_or_path)
     if path.suffix not in (".yaml", ".yml"):
         known = available()
@@ -229,7 +255,7 @@ def load(name_or_path: str, overrides: dict[str, Any] | None = None) -> Scenario
         raise FlightError(f"{path}: this is no YAML: {' '.join(str(error).split())}") from None
     if not isinstance(data, dict):
         raise FlightError(f"{path}: a scenario is a mapping of keys (name, title, duration_s, components, ...)")
-    return Scenario(override(data, overrides or {}, folder=path.parent), str(path.name), path.parent)
+    return override(data, overrides or {}, folder=path.parent), str(path.name), path.parent
 
 
 def override(data: dict, overrides: dict[str, Any], origin: str = "--set", folder: Path | None = None) -> dict:
@@ -253,7 +279,7 @@ def override(data: dict, overrides: dict[str, Any], origin: str = "--set", folde
         entry = data["components"][component]
         if parameter == "use":
             try:
-                entries = registry.component(str(value), folder).parameters.entries
+                entries = registry.component(registry.absolute(str(value), folder)).parameters.entries
             except FlightError as error:
                 raise FlightError(f"{origin} {key}: {error}") from None
             kept = {name: given for name, given in (entry.get("parameters") or {}).items() if name in entries}

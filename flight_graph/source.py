@@ -39,8 +39,18 @@ def cache_folder() -> Path:
     return folder
 
 
+_LOADED = {}  # (folder, text, kernels) -> module: a sweep's runs share one
+
+
 def load(text: str, functions: list, name: str):
     """Return the generated module for ``text``; ``functions`` are the kernels that it reaches."""
+    known = (str(cache_folder()), text, *functions)
+    if known not in _LOADED:
+        _LOADED[known] = _load(text, functions, name)
+    return _LOADED[known]
+
+
+def _load(text, functions, name):
     key = hashlib.sha256("\n".join([
         text, fingerprint(*functions), numba.__version__, np.__version__, sys.version.split()[0],
     ]).encode()).hexdigest()[:24]
