@@ -1,3 +1,7 @@
 """Executables of this package: name -> module:attribute."""
 
-EXECUTABLES = {}
+EXECUTABLES = {
+    "landing_controller": "lander_ros.landing_controller:LandingController",
+    "landing_monitor": "lander_ros.landing_monitor:LandingMonitor",
+    "pose_pd_controller": "lander_ros.pose_pd_controller:PosePdController",
+}
