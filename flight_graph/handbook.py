@@ -1,0 +1,95 @@
+"""The reference pages of the handbook, written from the declarations: components, parameters, topics, scenarios.
+
+    python -m flight_graph.handbook docs/reference.md
+"""
+
+import importlib
+import pkgutil
+import sys
+from pathlib import Path
+
+import yaml
+
+from flight_graph import registry, scenario
+from msg_schemas.qos import QOS
+from msg_schemas.signal import Signal
+
+_NOTE = "<!-- Written by `python -m flight_graph.handbook docs/reference.md` from the declarations; do not edit. -->"
+
+
+def vehicles() -> dict[str, dict[str, Signal]]:
+    """Module name -> constant name -> signal, of every topic table in msg_schemas."""
+    import msg_schemas
+    found = {}
+    for info in pkgutil.iter_modules(msg_schemas.__path__):
+        module = importlib.import_module(f"msg_schemas.{info.name}")
+        signals = {name: value for name, value in vars(module).items() if isinstance(value, Signal)}
+        if signals:
+            found[info.name] = signals
+    return found
+
+
+def reference() -> str:
+    """The page as Markdown."""
+    return "\n".join([_NOTE, "# Reference", "", *_scenarios(), *_qos(), *_topics(), *_components(), ""])
+
+
+def _scenarios():
+    yield from ["## Scenarios", "", "| scenario | what it is | simulated |", "|---|---|---|"]
+    for name, path in scenario.available().items():
+        data = yaml.safe_load(path.read_text())
+        yield f"| `{name}` | {_cell(data['title'])} | {data['duration_s']:g} s |"
+    yield ""
+
+
+def _qos():
+    yield from ["## Quality of service by role", "", "| role | depth | reliable | latched |", "|---|---|---|---|"]
+    for role, qos in QOS.items():
+        yield f"| {role.value} | {qos.depth} | {_yes(qos.reliable)} | {_yes(qos.transient_local)} |"
+    yield ""
+
+
+def _topics():
+    yield from ["## Topics", ""]
+    for vehicle, signals in vehicles().items():
+        yield from [f"### {vehicle}", "", "| topic | type | role | bytes | what it carries |", "|---|---|---|---|---|"]
+        for signal in signals.values():
+            parts = ", ".join(f"{name} [{unit}]" for name, unit in signal.columns())
+            text = signal.doc + (f": {parts}" if parts else "")
+            yield f"| `/{signal.topic}` | {signal.type_name} | {signal.role.value} | {signal.size + 4} | {_cell(text)} |"
+        yield ""
+
+
+def _components():
+    yield from ["## Components", ""]
+    for name, component in registry.components().items():
+        inputs = ", ".join(f"{port} `/{signal.topic}`" for port, signal in component.inputs.items()) or "none"
+        outputs = ", ".join(f"{port} `/{signal.topic}`" for port, signal in component.outputs.items()) or "none"
+        package, executable = name.split("/")
+        yield from [f"### {name}", "", component.summary(), "", f"`ros2 run {package} {executable}`; "
+                    f"{component.rate_hz:g} Hz by default. In: {inputs}. Out: {outputs}.", ""]
+        entries = component.parameters.entries.values()
+        if entries:
+            yield from ["| parameter | default | allowed | meaning | source |", "|---|---|---|---|---|"]
+        for entry in entries:
+            default = component.parameters.defaults()[entry.name]
+            yield (f"| `{entry.name}` | {_cell(_short(default))} | {_cell(entry.range_text)} | {_cell(entry.doc)} | "
+                   f"{_cell(entry.source)} |")
+        yield ""
+
+
+def _short(value):
+    text = str(value)
+    return text if len(text) < 60 else f"{text[:50]}... ({text.count(',') + 1} numbers)"
+
+
+def _cell(text):
+    return str(text).replace("|", "\\|").replace("\n", " ")
+
+
+def _yes(flag):
+    return "yes" if flag else "no"
+
+
+if __name__ == "__main__":
+    Path(sys.argv[1]).write_text(reference())
