@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 from pathlib import Path
 from typing import Annotated
 
@@ -14,6 +15,8 @@ from flight_graph.errors import FlightError
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
 Settings = Annotated[list[str] | None, typer.Option(
     "--set", metavar="COMPONENT.PARAM=VALUE", help="Change a parameter or a rate; may be repeated.")]
+Params = Annotated[list[Path] | None, typer.Option(
+    "--params", metavar="FILE", help="A ROS parameter file, such as flight design writes; --set comes on top.")]
 
 
 def register(app: typer.Typer) -> None:
@@ -50,6 +53,8 @@ def run(
     engine: Annotated[str, typer.Option(help="compiled, python (the same source, uncompiled) or ros.")] = "compiled",
     pace: Annotated[str, typer.Option(help="ros only: lockstep, realtime or realtime:FACTOR.")] = "lockstep",
     settings: Settings = None,
+    params: Params = None,
+    case: Annotated[int | None, typer.Option(help="Run this case of the scenario's sweep.")] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of all noise.")] = None,
     duration: Annotated[float | None, typer.Option(help="Simulated seconds.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the bag (a new one).")] = None,
@@ -59,15 +64,17 @@ def run(
     if engine == "python":
         os.environ["NUMBA_DISABLE_JIT"] = "1"
     from flight_graph import runs, scenario as scenarios
-    loaded = scenarios.load(scenario, _overrides(settings, seed, duration))
+    loaded = scenarios.load(scenario, overrides(scenario, settings, params, seed, duration), case)
     runs.check_engine(loaded, engine)
     folder = runs.new_folder(out, loaded, engine)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # both end the nodes and close the bag
     with RunProgress(loaded, not as_json) as progress:
         try:
             outcome = runs.execute(loaded, engine, pace, folder, progress.advance, progress.compiling)
-        except KeyboardInterrupt:
-            raise FlightError(f"interrupted; the bag up to here is {folder}" if (folder / "metadata.yaml").exists()
-                              else "interrupted; nothing was recorded") from None
+        except (KeyboardInterrupt, FlightError) as error:
+            reason = str(error) or "interrupted"
+            raise FlightError(f"{reason}; the bag up to here is {folder}" if (folder / "metadata.yaml").exists()
+                              else f"{reason}; nothing was recorded") from None
     if as_json:
         print(json.dumps({
             "scenario": loaded.name, "bag": str(outcome.bag), "engine": outcome.engine, "pace": outcome.pace,
@@ -113,13 +120,20 @@ def parse_settings(settings) -> dict:
     return parsed
 
 
-def _overrides(settings, seed, duration):
-    overrides = parse_settings(settings)
+def overrides(scenario, settings, params=None, seed=None, duration=None) -> dict:
+    """What the options of a command set in a scenario, by key."""
+    found = {}
+    if params:
+        from flight_graph import parameter_file, scenario as scenarios
+        data, _, folder = scenarios.read(scenario)
+        for path in params:
+            found.update(parameter_file.overrides(path, data["components"], folder))
+    found.update(parse_settings(settings))
     if seed is not None:
-        overrides["seed"] = seed
+        found["seed"] = seed
     if duration is not None:
-        overrides["duration_s"] = duration
-    return overrides
+        found["duration_s"] = duration
+    return found
 
 
 def _show_scenario(scenario, as_json):
