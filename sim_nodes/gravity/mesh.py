@@ -1,0 +1,122 @@
+"""Closed triangle meshes: reading Wavefront .obj files, the checks before gravity may trust them, and spheres.
+
+A mesh is (vertices (n, 3) [m], faces (m, 3) of indices, counter-clockwise seen from outside). `require_closed` refuses holes,
+edges with more than two faces, faces wound against their neighbours, an inside-out mesh and degenerate faces. It does not
+look for faces that cut through each other.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from flight_graph.errors import FlightError
+
+SMALLEST_AREA = 1e-12  # [-] of the mesh's largest extent squared
+
+
+def load_obj(path: Path, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (n, 3) [m] and faces (m, 3) of a Wavefront .obj file; polygons become fans. Raises FlightError.
+
+    scale: metres a unit of the file (1000 for kilometres). Only ``v`` and ``f`` lines are read.
+    """
+    if not Path(path).is_file():
+        raise FlightError(f"there is no mesh file '{path}'")
+    vertices, faces = [], []
+    for number, line in enumerate(Path(path).read_text(errors="replace").splitlines(), 1):
+        words = line.split("#")[0].split()
+        try:
+            if words[:1] == ["v"]:
+                vertices.append([float(word) for word in words[1:4]])
+                if len(words) < 4:
+                    raise ValueError
+            elif words[:1] == ["f"]:
+                corners = [_index(word, len(vertices)) for word in words[1:]]
+                if len(corners) < 3:
+                    raise ValueError
+                faces += [[corners[0], corners[i], corners[i + 1]] for i in range(1, len(corners) - 1)]
+        except ValueError:
+            raise FlightError(f"{path}, line {number}: '{line.strip()}' is no vertex (v x y z) or face (f i j k)") from None
+    if not faces:
+        raise FlightError(f"{path}: the mesh has no faces (lines 'f i j k')")
+    vertices, faces = scale * np.array(vertices, float).reshape(-1, 3), np.array(faces, np.int64)
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise FlightError(f"{path}: a face names a vertex that is not there; the file has {len(vertices)} vertices")
+    require_closed(vertices, faces, str(path))
+    return vertices, faces
+
+
+def _index(word, count):
+    """A corner ``i``, ``i/t`` or ``i/t/n``: from 1, or negative from the end."""
+    index = int(word.split("/")[0])
+    if index == 0:
+        raise ValueError
+    return index - 1 if index > 0 else count + index
+
+
+def require_closed(vertices, faces, name: str) -> None:
+    """Refuse a mesh that does not bound a volume with its faces' normals outward. Raises FlightError."""
+    if not np.isfinite(vertices).all():
+        raise FlightError(f"{name}: vertex {int(np.argmin(np.isfinite(vertices).all(axis=1))) + 1} is not finite")
+    corners = vertices[faces]
+    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    used = corners.reshape(-1, 3)
+    thin = np.flatnonzero(area <= SMALLEST_AREA * np.ptp(used, axis=0).max() ** 2)
+    if len(thin):
+        raise FlightError(f"{name}: {len(thin)} degenerate faces without an area, the first one is face {thin[0] + 1} "
+                          f"(vertices {_list(faces[thin[0]])}); remove them")
+    directed = np.vstack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    edges, inverse, count = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True)
+    if (count == 1).any():
+        hint = "; some vertices coincide, weld them" if len(np.unique(used, axis=0)) < len(np.unique(faces)) else ""
+        raise FlightError(f"{name}: the mesh has a hole: {int((count == 1).sum())} edges belong to one face only, the first "
+                          f"one joins vertices {_list(edges[np.argmax(count == 1)])}{hint}")
+    if (count > 2).any():
+        raise FlightError(f"{name}: {int((count > 2).sum())} edges belong to more than two faces, the first one joins "
+                          f"vertices {_list(edges[np.argmax(count > 2)])}; the surface must be a closed 2-manifold")
+    turns = np.bincount(inverse.reshape(-1), weights=np.where(directed[:, 0] < directed[:, 1], 1.0, -1.0))
+    if turns.any():
+        raise FlightError(f"{name}: neighbouring faces are wound against each other at {int((turns != 0).sum())} edges, the "
+                          f"first one joins vertices {_list(edges[np.argmax(turns != 0)])}; orient all faces "
+                          "counter-clockwise seen from outside")
+    if volume(vertices, faces) <= 0.0:
+        raise FlightError(f"{name}: the mesh is inside out (its volume is {volume(vertices, faces):.4g} m^3); reverse the "
+                          "order of each face's vertices")
+
+
+def _list(indices):
+    return ", ".join(str(int(index) + 1) for index in indices)
+
+
+def volume(vertices, faces) -> float:
+    """Enclosed volume [m^3], negative for a mesh that is inside out."""
+    a, b, c = (vertices[faces[:, i]] for i in range(3))
+    return float((a * np.cross(b, c)).sum() / 6.0)
+
+
+def centroid(vertices, faces) -> np.ndarray:
+    """Centre of the enclosed volume (3,) [m]."""
+    a, b, c = (vertices[faces[:, i]] for i in range(3))
+    sixfold = (a * np.cross(b, c)).sum(axis=1)
+    return (sixfold[:, None] * (a + b + c)).sum(axis=0) / (4.0 * sixfold.sum())
+
+
+def icosphere(frequency: int) -> tuple[np.ndarray, np.ndarray]:
+    """Unit sphere: an icosahedron whose edges are cut into ``frequency`` parts, 20 frequency^2 faces, outward."""
+    golden = 0.5 * (1.0 + np.sqrt(5.0))
+    corners = np.array([(-1, golden, 0), (1, golden, 0), (-1, -golden, 0), (1, -golden, 0), (0, -1, golden), (0, 1, golden),
+                        (0, -1, -golden), (0, 1, -golden), (golden, 0, -1), (golden, 0, 1), (-golden, 0, -1),
+                        (-golden, 0, 1)])
+    triangles = np.array([(0, 11, 5), (0, 5, 1), (0, 1, 7), (0, 7, 10), (0, 10, 11), (1, 5, 9), (5, 11, 4), (11, 10, 2),
+                          (10, 7, 6), (7, 1, 8), (3, 9, 4), (3, 4, 2), (3, 2, 6), (3, 6, 8), (3, 8, 9), (4, 9, 5),
+                          (2, 4, 11), (6, 2, 10), (8, 6, 7), (9, 8, 1)])
+    n = frequency
+    rows = [(i, j) for i in range(n + 1) for j in range(n + 1 - i)]
+    number = {ij: k for k, ij in enumerate(rows)}
+    weights = np.array([(n - i - j, i, j) for i, j in rows], float) / n
+    local = [(number[i, j], number[i + 1, j], number[i, j + 1]) for i, j in rows if i + j < n]
+    local += [(number[i + 1, j], number[i + 1, j + 1], number[i, j + 1]) for i, j in rows if i + j < n - 1]
+    points = np.einsum("wk,tkx->twx", weights, corners[triangles]).reshape(-1, 3)
+    faces = (np.array(local)[None] + len(rows) * np.arange(20)[:, None, None]).reshape(-1, 3)
+    _, first, inverse = np.unique(np.round(points, 9), axis=0, return_index=True, return_inverse=True)
+    points = points[first]
+    return points / np.linalg.norm(points, axis=1, keepdims=True), inverse.reshape(-1)[faces].astype(np.int64)
