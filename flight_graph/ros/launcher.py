@@ -2,10 +2,12 @@
 
 import json
 import os
+import queue
 import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,6 +16,7 @@ import yaml
 
 from flight_graph.errors import FlightError
 from flight_graph.records import flat
+from flight_graph.ros import shared_memory
 from flight_graph.scenario import Scenario
 from flight_graph.timebase import SECOND
 from msg_schemas.qos import WINDOW
@@ -68,6 +71,7 @@ def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float 
     bag, and goes on to the caller.
     """
     _refuse(scenario)
+    shared_memory.clean()
     with tempfile.TemporaryDirectory(prefix="flight_") as work:
         specs = _specs(scenario, Path(work), Path(folder).absolute(), pace, factor, timeout_s)
         return _Launch(specs, RosRun(Path(folder)), pace == "lockstep", progress).run()
@@ -78,25 +82,30 @@ class _Launch:
 
     def __init__(self, specs, result, lockstep, progress):
         self.result, self.lockstep, self.progress = result, lockstep, progress
-        self.pids, self.error, self.master_done = {}, None, False
+        self.pids, self.error, self.master_done, self.crashed = {}, None, False, False
         self.names = [spec["name"] for spec in specs]
         environment = {**os.environ, "PYTHONUNBUFFERED": "1", "OPENBLAS_NUM_THREADS": "1"}  # one thread: it forks
         self.process = subprocess.Popen(
             [sys.executable, "-m", "flight_graph.ros.spawner"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
             text=True, env=environment, process_group=0)
+        self._lines = queue.SimpleQueue()  # what the nodes say, line by line; None: all have ended
+        threading.Thread(target=self._read, daemon=True).start()
         self.process.stdin.write(json.dumps(specs))
         self.process.stdin.close()
 
+    def _read(self):
+        for line in self.process.stdout:
+            self._lines.put(line)
+        self._lines.put(None)
+
     def run(self) -> RosRun:
         try:
-            for line in self.process.stdout:
+            while (line := self._lines.get()) is not None:
                 self._event(line)
                 if self.error or self.result.outcome or (self.master_done and not self.lockstep):
                     break
-        except BaseException:
+        finally:
             self._end_nodes()
-            raise
-        self._end_nodes()
         if self.error:
             raise FlightError(self.error)
         if not self.result.outcome:
@@ -116,6 +125,7 @@ class _Launch:
             self.error = self.error or event["error"]
         elif "exit" in event:
             self.pids.pop(name, None)
+            self.crashed = self.crashed or event["exit"] < 0
             if event["exit"] and not self.error:
                 self.error = f"the node {name} ended by itself ({_how(event['exit'])})"
         elif "progress" in event:
@@ -137,6 +147,8 @@ class _Launch:
                 self._signal(names, signal.SIGKILL)
                 self._wait_gone(names, 5.0)
         self.process.wait(timeout=10)
+        if self.crashed:
+            shared_memory.clean()
 
     def _signal(self, names, number):
         for name in names:
@@ -149,10 +161,11 @@ class _Launch:
     def _wait_gone(self, names, seconds) -> bool:
         deadline = time.monotonic() + seconds
         while any(name in self.pids for name in names):
-            if time.monotonic() > deadline:
+            try:
+                line = self._lines.get(timeout=max(0.0, deadline - time.monotonic()))
+            except queue.Empty:
                 return False
-            line = self.process.stdout.readline()
-            if not line:
+            if line is None:
                 self.pids.clear()
                 return True
             self._event(line)
