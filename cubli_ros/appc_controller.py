@@ -6,7 +6,8 @@ Source: Aerospace 2022, 9(11), 728, equations (10)-(16), Tables 1 and 2; the law
 import math
 
 from cubli_ros import appc, funnel
-from cubli_ros.attitude import cardan_from_quaternion, gravity_torque
+from cubli_ros.attitude import body_rates, cardan_from_quaternion, gravity_torque
+from cubli_ros.reference import reference
 from flight_graph.component import Component
 from flight_graph.errors import FlightError
 from flight_graph.kernel import kernel
@@ -51,6 +52,12 @@ class AppcParameters(RoverModel):
     eta_u: Vec3 = field(0.005, unit="1/s", ge=0, source="Table 2", doc="adaptation rate, eq. (16)")
     adaptive_a_limit: float = field(NO_LIMIT, unit="1", gt=0, doc="cap of v_a; rho_u_inf / (8 k_a) keeps its jump small")
     adaptive_u_limit: float = field(NO_LIMIT, unit="1", gt=0, doc="cap of v_u")
+    reference_form: Choice("constant", "critically_damped", "minimum_jerk") = field(
+        "constant", source="eq. (10)", doc="how the reference moves to the angles to hold; constant: it is there")
+    reference_initial: Vec3 = field(0.0, unit="rad", doc="where a moving reference starts")
+    reference_capture: bool = field(False, doc="start a moving reference at the first attitude instead")
+    reference_rate: float = field(0.1, unit="1/s", gt=0, doc="q of the critically damped reference (1 + q t) exp(-q t)")
+    reference_duration: float = field(30.0, unit="s", gt=0, doc="T of the minimum-jerk reference")
     rearm: bool = field(False, doc="widen rho_a when it is about to be left, and start outside a funnel")
 
 
@@ -65,7 +72,11 @@ class AppcState(State):
     virtual_rate: Vec3
     angles: Vec3
     omega: Vec3
-    zero: Vec3
+    first: Vec3
+    reference: Vec3
+    reference_rate: Vec3
+    part: Vec3
+    feasible_lambda_a: Vec3
     cap: Vec3
     attitude_error: Vec3
     attitude_bound: Vec3
@@ -93,13 +104,14 @@ def start(p, x):
         x.start_bound[i] = p.rho_a0[i]
         x.cap[i] = 1.0
         x.gravity[i] = -p.gravity / math.sqrt(3.0)
+        x.first[i] = p.reference_initial[i]
 
 
 @kernel
 def explicit_errors(p, x):
     """Errors and demand of the printed law at the bounds in x."""
-    appc.attitude_loop(x.angles, p.reference, x.zero, x.attitude_bound, p.lambda_a, p.k_a, x.adaptive_a, p.smoothing,
-                       x.cap, x.attitude_error, x.attitude_xi, x.attitude_epsilon, x.virtual_rate)
+    appc.attitude_loop(x.angles, x.reference, x.reference_rate, x.attitude_bound, p.lambda_a, p.k_a, x.adaptive_a,
+                       p.smoothing, x.cap, x.attitude_error, x.attitude_xi, x.attitude_epsilon, x.virtual_rate)
     appc.rate_loop(x.omega, x.virtual_rate, x.rate_bound, p.lambda_u, p.k_u, x.adaptive_u, p.smoothing, x.cap,
                    x.rate_error, x.rate_xi, x.rate_epsilon, x.acceleration)
 
@@ -107,14 +119,38 @@ def explicit_errors(p, x):
 @kernel
 def implicit_errors(t, p, x):
     """Errors against the rate chosen one sample ago, and the demand for the sample ahead."""
-    appc.normalise(x.angles, p.reference, x.attitude_bound, x.attitude_error, x.attitude_xi)
+    appc.normalise(x.angles, x.reference, x.attitude_bound, x.attitude_error, x.attitude_xi)
     appc.normalise(x.omega, x.virtual_rate, x.rate_bound, x.rate_error, x.rate_xi)
     appc.attitude_bounds(t + p.period, x.start_bound, x.start_time, p.rho_a_inf, p.l_a, x.next_attitude_bound)
     appc.rate_bounds(t + p.period, p.rho_u0, p.rho_u_inf, p.l_u, x.next_rate_bound)
-    appc.implicit_attitude_loop(x.angles, x.omega, p.reference, x.zero, x.next_attitude_bound, p.lambda_a, p.k_a,
-                                x.adaptive_a, p.period, x.predicted, x.attitude_epsilon, x.virtual_rate)
+    reference(p.reference_form, t + p.period, x.first, p.reference, p.reference_rate, p.reference_duration, x.reference,
+              x.reference_rate)
+    appc.implicit_attitude_loop(x.angles, x.omega, x.reference, x.reference_rate, x.next_attitude_bound, p.lambda_a,
+                                p.k_a, x.adaptive_a, p.period, x.predicted, x.attitude_epsilon, x.virtual_rate)
     appc.implicit_rate_loop(x.omega, x.virtual_rate, x.next_rate_bound, p.lambda_u, p.k_u, x.adaptive_u, p.period,
                             x.rate_epsilon, x.acceleration)
+
+
+@kernel
+def largest_gain(p, x):
+    """Largest lambda_a, by a common factor, with |xi_u| < 1 at the start (v_a = 0): zero when none is small enough.
+
+    e_u = e_0 + factor G^-1 lambda_a eps_a, eq. (12) and (15).
+    """
+    x.part[0], x.part[1], x.part[2] = body_rates(
+        x.angles, p.lambda_a[0] * x.attitude_epsilon[0], p.lambda_a[1] * x.attitude_epsilon[1],
+        p.lambda_a[2] * x.attitude_epsilon[2])
+    factor = math.inf
+    for i in range(3):
+        rest = x.rate_error[i] - x.part[i]
+        if abs(rest) >= x.rate_bound[i]:
+            factor = 0.0
+        elif x.part[i] > 0.0:
+            factor = min(factor, (x.rate_bound[i] - rest) / x.part[i])
+        elif x.part[i] < 0.0:
+            factor = min(factor, (x.rate_bound[i] + rest) / -x.part[i])
+    for i in range(3):
+        x.feasible_lambda_a[i] = factor * p.lambda_a[i]
 
 
 @kernel
@@ -128,7 +164,12 @@ def appc_kernel(t_ns, p, x, attitude, command, funnels):
     cardan_from_quaternion(attitude.orientation, x.angles)
     for i in range(3):
         x.omega[i] = attitude.angular_velocity[i]
-        x.attitude_error[i] = x.angles[i] - p.reference[i]
+        if p.reference_capture and not x.begun:
+            x.first[i] = x.angles[i]
+    reference(p.reference_form, t, x.first, p.reference, p.reference_rate, p.reference_duration, x.reference,
+              x.reference_rate)
+    for i in range(3):
+        x.attitude_error[i] = x.angles[i] - x.reference[i]
     if p.rearm:
         x.rearmed += funnel.rearm(t, x.attitude_error, p.rho_a_inf, p.l_a, x.start_bound, x.start_time)
     appc.attitude_bounds(t, x.start_bound, x.start_time, p.rho_a_inf, p.l_a, x.attitude_bound)
@@ -147,6 +188,7 @@ def appc_kernel(t_ns, p, x, attitude, command, funnels):
             outside = True
             if not x.begun and not p.rearm and x.fault == 0:
                 x.fault = OUTSIDE_RATE
+                largest_gain(p, x)
     x.begun = True
     gravity_torque(x.angles, x.gravity, p.gravity_sign, p.mass, p.length, x.gravity_torque)
     appc.torque_demand(p.inertia, x.acceleration, x.gravity_torque, p.feed_forward, x.demand)
@@ -190,7 +232,8 @@ class AppcController(Component):
         OUTSIDE_ATTITUDE: "the initial attitude error {attitude_error} rad is outside the funnel rho_a0 = {rho_a0} rad "
                           "(xi_a = {attitude_xi}, allowed: |xi_a| < 1); widen rho_a0, or set rearm to true",
         OUTSIDE_RATE: "the initial rate error {rate_error} rad/s is outside the funnel rho_u0 = {rho_u0} rad/s "
-                      "(xi_u = {rate_xi}, allowed: |xi_u| < 1); widen rho_u0, lower lambda_a, or set rearm to true",
+                      "(xi_u = {rate_xi}, allowed: |xi_u| < 1); take a lambda_a below {feasible_lambda_a} rad/s, widen "
+                  "rho_u0, or set rearm to true",
     }
 
     @classmethod
