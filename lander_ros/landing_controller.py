@@ -43,15 +43,14 @@ class LandingControllerState(State):
 
 
 @kernel
-def take_odometry(x, odometry, gravity):
-    """Copy pose, motor and gravity into the state; tells whether there is an estimate."""
+def take_odometry(x, odometry):
+    """Copy pose and motor into the state; tells whether there is an estimate."""
     if odometry.header.stamp.sec == 0 or odometry.pose.covariance[0] < 0.0:
         return False
     for i in range(3):
         x.position[i] = odometry.pose.pose.position[i]
         x.alpha[i] = odometry.twist.twist.linear[i]
         x.rate[i] = odometry.twist.twist.angular[i]
-        x.gravity[i] = gravity.accel.linear[i]
     for i in range(4):
         x.orientation[i] = odometry.pose.pose.orientation[i]
     return True
@@ -60,11 +59,13 @@ def take_odometry(x, odometry, gravity):
 @kernel
 def control(t_ns, p, x, odometry, gravity, command, constraints, twistor):
     """Odometry -> force [N] and torque [N m] in B; zero until there is an estimate."""
-    if not take_odometry(x, odometry, gravity):
+    if not take_odometry(x, odometry):
         for i in range(3):
             command.wrench.force[i] = 0.0
             command.wrench.torque[i] = 0.0
         return
+    for i in range(3):
+        x.gravity[i] = gravity.accel.linear[i]
     u_t, u_r, u_1, u_2, d, c = potential(p, x.position, x.orientation, x.work, x.gradient)
     if not x.begun:
         x.begun = True

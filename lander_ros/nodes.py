@@ -3,5 +3,6 @@
 EXECUTABLES = {
     "landing_controller": "lander_ros.landing_controller:LandingController",
     "landing_monitor": "lander_ros.landing_monitor:LandingMonitor",
+    "navigation": "lander_ros.navigation:Navigation",
     "pose_pd_controller": "lander_ros.pose_pd_controller:PosePdController",
 }

@@ -26,7 +26,9 @@ class PosePdState(State):
 @kernel
 def control(t_ns, p, x, odometry, gravity, command):
     """Odometry -> force [N] and torque [N m] in B; zero until there is an estimate."""
-    if take_odometry(x, odometry, gravity):
+    if take_odometry(x, odometry):
+        for i in range(3):
+            x.gravity[i] = gravity.accel.linear[i]
         pose_pd(p, x.position, x.orientation, x.alpha, x.rate, x.gravity, x.work, x.gradient, x.force, x.torque)
     for i in range(3):
         command.wrench.force[i] = x.force[i]

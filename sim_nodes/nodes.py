@@ -4,8 +4,13 @@ EXECUTABLES = {
     "cubli_plant": "sim_nodes.cubli_plant:CubliPlant",
     "imu": "sim_nodes.cubli_sensors:Imu",
     "star_tracker": "sim_nodes.cubli_sensors:StarTracker",
+    "lander_altimeter": "sim_nodes.lander_sensors:Altimeter",
     "lander_gravity_model": "sim_nodes.lander_site:GravityModel",
+    "lander_imu": "sim_nodes.lander_sensors:Imu",
+    "lander_noisy_navigation": "sim_nodes.lander_sensors:NoisyNavigation",
     "lander_plant": "sim_nodes.lander_plant:LanderPlant",
+    "lander_site_camera": "sim_nodes.lander_sensors:SiteCamera",
+    "lander_star_tracker": "sim_nodes.lander_sensors:StarTracker",
     "recorder": "flight_graph.ros.recorder:main",
     "scenario": "flight_graph.ros.scenario_program:main",
 }
