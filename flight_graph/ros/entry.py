@@ -1,7 +1,6 @@
 """What an executable runs: ``main(package, executable)`` starts one component, or the program of that name."""
 
 import importlib
-import json
 import signal
 import sys
 
@@ -45,11 +44,16 @@ def run_component(use: str, default_name: str, arguments: list[str], announce=No
     stopping = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: (stopping.append(1), node and node.stopping.set()))
-    rclpy.init(args=["node", *arguments], signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        rclpy.init(args=["node", *arguments], signal_handler_options=SignalHandlerOptions.NO)
+    except Exception as error:  # rclpy has a class of its own for each kind of wrong argument
+        print(f"error: ROS arguments: {' '.join(str(error).split())}", file=sys.stderr)
+        return 2
     try:
         node = ComponentNode(default_name, use, component, announce)
         if stopping:
             raise Stopped
+        node.introduce()
         announce({"ready": node.get_name()})
         (lockstep if node.settings.lockstep else realtime).run(node)
         announce({"done": True, "clock_master": node.settings.clock_master, "wall_s": node.wall_s})
@@ -66,17 +70,11 @@ def run_component(use: str, default_name: str, arguments: list[str], announce=No
         print(f"error: {error}", file=sys.stderr)
         return 1
     finally:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.SIG_IGN)  # a second one must not break the end
         if node is not None:
             node.close()
         rclpy.try_shutdown()
-
-
-def json_lines(name: str):
-    """An ``announce`` that writes one JSON line an event to standard output."""
-    def announce(event):
-        sys.stdout.write(json.dumps({"node": name, **event}) + "\n")
-        sys.stdout.flush()
-    return announce
 
 
 def _help(use, name, component):

@@ -10,7 +10,7 @@ from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 
 from flight_graph import source
 from flight_graph.compiled import fault_sentence, nonfinite_sentence
-from flight_graph.errors import FlightError
+from flight_graph.errors import FlightError, unknown
 from flight_graph.ros.parameters import ComponentParameters
 from flight_graph.ros.ports import InputPort, LoopOnly, OutputPort, RawPublisher
 from flight_graph.ros.progress import Progress, Watch
@@ -81,6 +81,17 @@ class ComponentNode(LifecycleNode):
             self._executor.spin()
         except ExternalShutdownException:
             pass
+
+    def introduce(self):
+        """Say what this node does, where nobody else does."""
+        if not self.settings.supervised:
+            pace = "lockstep" if self.settings.lockstep else "realtime"
+            reads = ", ".join(port.subscription.topic for port in self.inputs.values()) or "nothing"
+            writes = ", ".join(port.publisher.topic for port in self.outputs.values()) or "nothing"
+            self.get_logger().info(f"{SECOND / self.settings.period_ns:g} Hz, {pace}; reads {reads}; writes {writes}")
+        for name in self._parameter_overrides:
+            if not self.has_parameter(name) and not name.startswith("qos_overrides"):
+                self.get_logger().warning(str(unknown("parameter", name, self.component.parameters.entries)))
 
     def close(self):
         """End the service thread and the node."""
