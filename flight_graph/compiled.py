@@ -127,7 +127,8 @@ class CompiledRun:
                 control[source.END] = min(ticks, control[source.TICK] + chunk)
                 if self.module.run(control, *values):
                     reason = "fault" if control[source.STOP] == source.FAULT else "nonfinite"
-                    raise RunStopped(self._stop_sentence(control, arrays), reason)
+                    stopped_ns = int(control[source.TICK]) * self.graph.base_ns
+                    raise RunStopped(self._stop_sentence(control, arrays), reason, stopped_ns)
                 if progress:
                     progress(int(control[source.TICK]) * self.graph.base_ns / SECOND)
         wall_s = time.perf_counter() - began

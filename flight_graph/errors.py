@@ -8,11 +8,11 @@ class FlightError(ValueError):
 
 
 class RunStopped(FlightError):
-    """A run that a component stopped. reason: ``fault`` or ``nonfinite``."""
+    """A run that a component stopped. reason: ``fault`` or ``nonfinite``; t_ns: time of the tick since the epoch."""
 
-    def __init__(self, sentence: str, reason: str):
+    def __init__(self, sentence: str, reason: str, t_ns: int = 0):
         super().__init__(sentence)
-        self.reason = reason
+        self.reason, self.t_ns = reason, t_ns
 
 
 def unknown(kind: str, name: str, known, where: str = "") -> FlightError:

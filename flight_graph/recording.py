@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from flight_graph.bag.writer import BagWriter
+from flight_graph.claims import papers
 from flight_graph.compiled import Recording
 from flight_graph.component import Formatted
 from flight_graph.scenario import Scenario
@@ -79,6 +80,8 @@ class RunBag:
             source = node.use.rpartition(":")[0]
             if source.endswith(".py"):
                 self.writer.attach(f"component/{node.name}.py", "text/x-python", Path(source).read_bytes())
+        if scenario.file.paper in (known := papers()):
+            self.writer.attach("claims.yaml", "application/yaml", known[scenario.file.paper].read_bytes())
         self.writer.metadata("flight_graph", {"scenario": scenario.name, "engine": engine, "pace": pace,
                                               "seed": str(scenario.seed), **versions()})
 
@@ -88,19 +91,8 @@ class RunBag:
 
     def write_all(self, blocks) -> None:
         """Append whole topics, merged by stamp: (topic, stamps since the epoch (n,), n payloads) each."""
-        epoch_ns = self._scenario.epoch_ns
-        if all(isinstance(payloads, np.ndarray) or len(set(map(len, payloads))) == 1 for _, _, payloads in blocks):
-            self.writer.write_many([
-                (self._handles["/" + topic.topic], epoch_ns + stamps, _table(payloads))
-                for topic, stamps, payloads in blocks if len(stamps)])
-            return
-        stamps = np.concatenate([stamps for _, stamps, _ in blocks])
-        owners = np.repeat(np.arange(len(blocks)), [len(stamps) for _, stamps, _ in blocks])
-        taken = [0] * len(blocks)
-        for row in np.lexsort((owners, stamps)):
-            topic, _, payloads = blocks[owners[row]]
-            self.write(topic, int(stamps[row]), bytes(payloads[taken[owners[row]]]))
-            taken[owners[row]] += 1
+        write_blocks(self.writer, [(self._handles["/" + topic.topic], self._scenario.epoch_ns + stamps, payloads)
+                                   for topic, stamps, payloads in blocks])
 
     def close(self, outcome: dict[str, str]) -> None:
         """Write how the run ended, and close."""
@@ -112,15 +104,33 @@ def write_recording(recording: Recording, folder, engine: str, overwrite: bool =
     """Write a finished in-process run as a bag: messages by stamp, then in the order of the schedule."""
     bag = RunBag(folder, recording.scenario, engine, "none", overwrite)
     tracks = {(track.node, track.port): track for track in recording.tracks}
-    blocks = []
-    for topic in bag.topics:
-        track = tracks[topic.node, topic.port]
-        payloads = (topic.signal.payloads(track.records) if topic.formatted is None
-                    else [formatted_payload(topic.formatted, track.records[i:i + 1])
-                          for i in range(len(track.records))])
-        blocks.append((topic, track.stamps_ns, payloads))
-    bag.write_all(blocks)
+    bag.write_all([(topic, tracks[topic.node, topic.port].stamps_ns, payloads(topic, tracks[topic.node, topic.port].records))
+                   for topic in bag.topics])
     bag.close({"complete": "true", "lost": "0"})
+
+
+def payloads(topic: RecordedTopic, records: np.ndarray):
+    """The wire form of a topic's records: (n, size) uint8, or a list of bytes where messages are formatted from them."""
+    if topic.formatted is None:
+        return topic.signal.payloads(records)
+    return [formatted_payload(topic.formatted, records[i:i + 1]) for i in range(len(records))]
+
+
+def write_blocks(writer: BagWriter, blocks) -> None:
+    """Append whole topics, merged by stamp: (topic of the writer, stamps [ns] (n,), n payloads) each."""
+    blocks = [block for block in blocks if len(block[1])]
+    if not blocks:
+        return
+    if all(isinstance(rows, np.ndarray) or len(set(map(len, rows))) == 1 for _, _, rows in blocks):
+        writer.write_many([(topic, stamps, _table(rows)) for topic, stamps, rows in blocks])
+        return
+    stamps = np.concatenate([stamps for _, stamps, _ in blocks])
+    owners = np.repeat(np.arange(len(blocks)), [len(stamps) for _, stamps, _ in blocks])
+    taken = [0] * len(blocks)
+    for row in np.lexsort((owners, stamps)):
+        topic, _, rows = blocks[owners[row]]
+        writer.write(topic, int(stamps[row]), bytes(rows[taken[owners[row]]]))
+        taken[owners[row]] += 1
 
 
 def _table(payloads):
@@ -180,5 +190,9 @@ def open_run(path) -> tuple:
     bag = read_bag(path)
     if SCENARIO not in bag.attachments:
         raise FlightError(f"{path}: this bag carries no scenario; it was not recorded by a run of this project")
-    scenario = Scenario(json.loads(bag.attachments[SCENARIO].data), f"{path} ({SCENARIO})")
+    try:
+        data = json.loads(bag.attachments[SCENARIO].data)
+    except ValueError:
+        raise FlightError(f"{path}: its attachment {SCENARIO} is no JSON") from None
+    scenario = Scenario(data, f"{path} ({SCENARIO})")
     return bag, scenario, BagSignals(bag, scenario)

@@ -135,6 +135,16 @@ class Bag:
                     if channel in names:
                         yield names[channel], time, content[start:stop]
 
+    def write_order(self) -> tuple[list[str], np.ndarray, np.ndarray]:
+        """Return (names, number of its topic in them (n,), log time [ns] (n,)) of all messages, in write order."""
+        names, owners = list(self.topics), []
+        for part in self._contents:
+            table = np.zeros(max(part.channels, default=0) + 1, np.int64)
+            for channel in part.channels.values():
+                table[channel.id] = names.index(channel.topic)
+            owners.append(table[part.messages.channel])
+        return names, np.concatenate(owners), np.concatenate([part.messages.log_time for part in self._contents])
+
     def stamps_ns(self, topic: str) -> np.ndarray:
         """Return (n,) int64 log times [ns] of a topic, in write order."""
         return self._column(topic, "log_time")
