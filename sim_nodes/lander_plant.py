@@ -11,15 +11,16 @@ import numpy as np
 
 from flight_graph.component import Component, Formatted
 from flight_graph.errors import FlightError
-from flight_graph.kernel import kernel
+from flight_graph.kernel import kernel, plain
 from flight_graph.records import Array, State, Vec3, field
 from flight_graph.timebase import SECOND
+from lander_ros.feed_forward import site_in_landing_frame
 from lander_ros.landing_checks import require_vehicle
 from lander_ros.twistor import unit_quaternion
 from msg_schemas import lander
 from msg_schemas.definitions import TYPESTORE
 from sim_nodes import lander_start
-from sim_nodes.ellipsoid_gravity import EROS_LIKE_SPIN, ellipsoid_site
+from sim_nodes.ellipsoid_gravity import EROS_LIKE_SPIN, Ellipsoid, ellipsoid_gravity, ellipsoid_site
 from sim_nodes.lander_descent import watched
 from sim_nodes.lander_dynamics import body_velocity, hold_step, site_gravity, touched_down
 from sim_nodes.lander_site import prepare_site
@@ -39,6 +40,9 @@ class LanderPlantParameters(lander_start.LanderStart):
                                  source=REFERENCE, doc="parametric latitude of the mark on the ellipsoid")
     site_longitude: float = field(math.radians(40.0), unit="rad", source=REFERENCE, doc="parametric longitude")
     site_height: float = field(1.5, unit="m", source=REFERENCE, doc="of the goal above the ground, along its normal")
+    goal_position: Vec3 = field(0.0, unit="m", doc="rho_D in D; worked out from the site: a law may refer to it")
+    goal_spin: Vec3 = field(0.0, unit="rad/s", doc="w_D, the body's spin in D; worked out from the site")
+    goal_gravity: float = field(0.0, unit="m/s^2", doc="|g| at the goal; worked out from the site")
     gravity_gradient: bool = field(False, doc="torque of the central field's gradient")
     force_limit: float = field(40.0, unit="N", gt=0, source=REFERENCE, doc="of the thrusters, per body axis")
     torque_limit: float = field(10.0, unit="N m", gt=0, source=REFERENCE, doc="of the thrusters, per body axis")
@@ -254,8 +258,19 @@ class LanderPlant(Component):
 
     @classmethod
     def resolve(cls, values, where, folder=None):
-        """A random start replaces the start_ values."""
-        return {**values, **lander_start.drawn(values["draw_seed"])} if values["draw_seed"] >= 0 else values
+        """A random start replaces the start_ values; the goal_ values follow from body and site."""
+        if values["draw_seed"] >= 0:
+            values = {**values, **lander_start.drawn(values["draw_seed"])}
+        try:
+            position, rotation = ellipsoid_site(
+                values["semi_axes"], values["site_latitude"], values["site_longitude"], values["site_height"])
+        except FlightError as error:
+            raise FlightError(f"{where}.site_height: {error}") from None
+        goal, spin = site_in_landing_frame(rotation, position, values["body_spin"])
+        body = Ellipsoid(values["mu"], np.array(values["semi_axes"]))
+        gravity = plain(ellipsoid_gravity)(body, *map(float, position))
+        return {**values, "goal_position": goal.tolist(), "goal_spin": [float(part) for part in spin],
+                "goal_gravity": math.sqrt(sum(part * part for part in gravity))}
 
     @classmethod
     def check(cls, values, where):
@@ -265,9 +280,5 @@ class LanderPlant(Component):
             unit_quaternion(values["start_orientation"])
         except FlightError as error:
             raise FlightError(f"{where}.start_orientation: {error}") from None
-        try:
-            ellipsoid_site(values["semi_axes"], p.site_latitude, p.site_longitude, p.site_height)
-        except FlightError as error:
-            raise FlightError(f"{where}.site_height: {error}") from None
         if p.start_at == "position" and not np.any(values["start_position"]):
             raise FlightError(f"{where}.start_position: the goal itself is no start")
