@@ -93,5 +93,13 @@ class Component:
         return values
 
     @classmethod
+    def warnings(cls, values: dict, period_s: float) -> list[str]:
+        """Sentences about parameters that are allowed, but with which trouble must be expected; with the numbers.
+
+        period_s: the component's own period. `flight run` shows them, and the bag carries them.
+        """
+        return []
+
+    @classmethod
     def check(cls, values: dict, where: str) -> None:
         """Check parameters against each other; raise FlightError. Override where ranges alone do not say it all."""

@@ -80,10 +80,13 @@ class RunBag:
             source = node.use.rpartition(":")[0]
             if source.endswith(".py"):
                 self.writer.attach(f"component/{node.name}.py", "text/x-python", Path(source).read_bytes())
+        self.writer.metadata("units", column_units(self.topics))
         if scenario.file.paper in (known := papers()):
             self.writer.attach("claims.yaml", "application/yaml", known[scenario.file.paper].read_bytes())
         self.writer.metadata("flight_graph", {"scenario": scenario.name, "engine": engine, "pace": pace,
                                               "seed": str(scenario.seed), **versions()})
+        if found := scenario.warnings():
+            self.writer.metadata("flight_graph.warnings", {str(number): text for number, text in enumerate(found)})
 
     def write(self, topic: RecordedTopic, t_ns: int, payload: bytes) -> None:
         """Append a message; t_ns counts from the epoch of the run."""
@@ -107,6 +110,18 @@ def write_recording(recording: Recording, folder, engine: str, overwrite: bool =
     bag.write_all([(topic, tracks[topic.node, topic.port].stamps_ns, payloads(topic, tracks[topic.node, topic.port].records))
                    for topic in bag.topics])
     bag.close({"complete": "true", "lost": "0"})
+
+
+def column_units(topics: list[RecordedTopic]) -> dict[str, str]:
+    """Units of the named quantities, as `flight_graph.bag.export` reads them: "topic:column" -> unit."""
+    units = {}
+    for topic in topics:
+        for path, quantities in topic.signal.groups.items() if topic.formatted is None else ():
+            labels = iter(topic.signal.fixed["name"])
+            for quantity in quantities.values():
+                for _ in range(quantity.count):
+                    units[f"/{topic.topic}:{path}[{next(labels)}]"] = quantity.unit
+    return units
 
 
 def payloads(topic: RecordedTopic, records: np.ndarray):

@@ -28,7 +28,7 @@ from flight_graph import expressions, registry
 from flight_graph.errors import FlightError, unknown
 from flight_graph.graph import Edge, Graph, Node
 from flight_graph.noise import stream_key
-from flight_graph.timebase import J2000, duration_ns
+from flight_graph.timebase import J2000, SECOND, duration_ns
 from flight_graph.vary import Vary
 
 
@@ -127,6 +127,11 @@ class Scenario:
     @property
     def seed(self) -> int:
         return self.file.seed
+
+    def warnings(self) -> list[str]:
+        """What the components say of their parameters, each behind the component's name."""
+        return [f"{name}: {sentence}" for name, node in self.graph.nodes.items()
+                for sentence in node.component.warnings(node.values, node.period_ns / SECOND)]
 
     def resolved(self) -> dict:
         """The scenario with every parameter and rate written out: what a bag carries and can be run from."""
