@@ -67,24 +67,33 @@ def run(
     loaded = scenarios.load(scenario, overrides(scenario, settings, params, seed, duration), case)
     runs.check_engine(loaded, engine)
     folder = runs.new_folder(out, loaded, engine)
+    for warning in loaded.warnings():
+        status(f"warning: {warning}")
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # both end the nodes and close the bag
     with RunProgress(loaded, not as_json) as progress:
         try:
             outcome = runs.execute(loaded, engine, pace, folder, progress.advance, progress.compiling)
         except (KeyboardInterrupt, FlightError) as error:
             reason = str(error) or "interrupted"
-            raise FlightError(f"{reason}; the bag up to here is {folder}" if (folder / "metadata.yaml").exists()
-                              else f"{reason}; nothing was recorded") from None
+            raise FlightError(f"{reason}; {_what_is_left(folder)}") from None
     if as_json:
         print(json.dumps({
             "scenario": loaded.name, "bag": str(outcome.bag), "engine": outcome.engine, "pace": outcome.pace,
             "seed": loaded.seed, "wall_s": outcome.wall_s, "compile_s": outcome.compile_s, "lost": outcome.lost,
-            "metrics": outcome.metrics, "statistics": outcome.statistics}))
+            "metrics": outcome.metrics, "statistics": outcome.statistics, "warnings": loaded.warnings()}))
         return
     console.print(metrics_table(loaded, outcome))
     if outcome.lost:
         status(f"{outcome.lost} messages were lost (realtime); the bag's metadata says which")
     print(outcome.bag)
+
+
+def _what_is_left(folder) -> str:
+    if (folder / "metadata.yaml").exists():
+        return f"the bag up to here is {folder}"
+    if any(folder.glob("*.mcap")):
+        return f"the bag {folder} was not closed: flight_graph.bag.recover saves what is in it"
+    return "nothing was recorded"
 
 
 def node(

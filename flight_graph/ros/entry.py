@@ -39,7 +39,7 @@ def run_component(use: str, default_name: str, arguments: list[str], announce=No
     from flight_graph.ros import lockstep, realtime
     from flight_graph.ros.node import ComponentNode, Stopped
 
-    announce = announce or (lambda event: None)
+    announce = announce or tell_errors
     node = None
     stopping = []
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -67,7 +67,6 @@ def run_component(use: str, default_name: str, arguments: list[str], announce=No
         return 0
     except FlightError as error:
         announce({"error": str(error)})
-        print(f"error: {error}", file=sys.stderr)
         return 1
     finally:
         for number in (signal.SIGINT, signal.SIGTERM):
@@ -75,6 +74,12 @@ def run_component(use: str, default_name: str, arguments: list[str], announce=No
         if node is not None:
             node.close()
         rclpy.try_shutdown()
+
+
+def tell_errors(event):
+    """The ``announce`` of a node that nobody supervises."""
+    if "error" in event:
+        print(f"error: {event['error']}", file=sys.stderr)
 
 
 def _help(use, name, component):

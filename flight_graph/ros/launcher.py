@@ -45,7 +45,8 @@ def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: flo
               "supervised": True, "linger": True}
     parameters = {}
     for name, node in graph.nodes.items():
-        settings = {**common, "epoch_ns": scenario.epoch_ns, "duration_s": scenario.duration_ns / SECOND,
+        patience = timeout_s if name == master else 2.0 * timeout_s  # the clock master sees who is behind: it speaks first
+        settings = {**common, "timeout_s": float(patience), "epoch_ns": scenario.epoch_ns, "duration_s": scenario.duration_ns / SECOND,
                     "clock_master": name == master, "wait_for": names if name == master else [""]}
         for port, edge in node.inputs.items():
             source = graph.nodes[edge.node]
@@ -58,6 +59,7 @@ def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: flo
         values = {key: flat(value) for key, value in node.values.items()}
         parameters[name] = {**values, "rate_hz": float(node.rate_hz),
                             **{f"graph.{key}": value for key, value in settings.items()}}
+    common["timeout_s"] = 2.0 * timeout_s
     parameters[RECORDER] = {f"graph.{key}": value for key, value in common.items() if key != "factor"}
     return parameters
 
@@ -143,6 +145,7 @@ class _Launch:
         """SIGTERM to the nodes, then to the recorder, which drains and closes the bag; SIGKILL to what hangs."""
         for names in ([name for name in self.names if name != RECORDER], [RECORDER]):
             self._signal(names, signal.SIGTERM)
+            self._signal(names, signal.SIGCONT)  # a stopped one wakes up and ends
             if not self._wait_gone(names, 15.0):
                 self._signal(names, signal.SIGKILL)
                 self._wait_gone(names, 5.0)

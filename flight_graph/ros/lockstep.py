@@ -74,7 +74,7 @@ def _advance(node, name, port, expected, deadline):
         if time.monotonic_ns() > deadline:
             raise FlightError(
                 f"{node.get_name()}: waited {node.settings.timeout_s:g} s for its input {name} on "
-                f"{port.subscription.topic}, stamp t = {expected / SECOND:.9f} s")
+                f"{port.subscription.topic} from {_source(node, port)}, stamp t = {expected / SECOND:.9f} s")
         port.subscription.wait(deadline - time.monotonic_ns())
         node.check_alive()
     elif found <= expected:
@@ -85,6 +85,12 @@ def _advance(node, name, port, expected, deadline):
     else:
         raise FlightError(f"{node.get_name()}.{name}: the message of t = {expected / SECOND:.9f} s on "
                           f"{port.subscription.topic} is lost; the next one is stamped {found / SECOND:.9f} s")
+
+
+def _source(node, port) -> str:
+    """The nodes that publish an input's topic, in words."""
+    found = node.get_publishers_info_by_topic(port.subscription.topic)
+    return " and ".join(sorted(info.node_name for info in found)) or "nobody (no publisher is left)"
 
 
 def wait_for_nodes(node, t_ns: int) -> None:

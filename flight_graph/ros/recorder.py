@@ -5,7 +5,6 @@ Messages that a component formats from a record (diagnostics, transforms) are ma
 
 import json
 import struct
-import sys
 import time
 from collections import deque
 from pathlib import Path
@@ -47,8 +46,13 @@ class Stream:
             self.lost += max(0, t_ns - self.next_ns) // self.topic.source_period_ns
             self.next_ns = t_ns + self.topic.source_period_ns
             if t_ns % self.topic.period_ns == 0 and t_ns < self.end_ns:
-                self.queue.append((t_ns, message))
+                self.queue.append((t_ns, message if len(message) == len(self._payload) else self._canonical(message)))
         return count
+
+    def _canonical(self, message) -> bytes:
+        """A message of a foreign sender in the signal's own form, so that all of a topic have one layout."""
+        self.topic.signal.receive(message, self._payload)
+        return self._payload.tobytes()
 
     def record(self, message):
         """The message as a record, for a formatter."""
@@ -165,8 +169,9 @@ def main(arguments: list[str], announce=None) -> int:
               "usage: ros2 run sim_nodes recorder --ros-args -p scenario:=cubli_asteroid -p out:=FOLDER")
         return 0
     prepare_environment()
+    from flight_graph.ros.entry import tell_errors
     from flight_graph.ros.recorder_node import run_recorder
-    return run_recorder(arguments, announce or (lambda event: None))
+    return run_recorder(arguments, announce or tell_errors)
 
 
 def read_scenario(text: str) -> Scenario:
@@ -175,10 +180,3 @@ def read_scenario(text: str) -> Scenario:
     if text.endswith(".json"):
         return Scenario(json.loads(Path(text).read_text()), Path(text).name, Path(text).parent)
     return load(text)
-
-
-def report(error: Exception, announce) -> int:
-    """Tell an error to the starter and the terminal; the exit status."""
-    announce({"error": str(error)})
-    print(f"error: {error}", file=sys.stderr)
-    return 1

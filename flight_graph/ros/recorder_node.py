@@ -71,7 +71,8 @@ def run_recorder(arguments: list[str], announce) -> int:
             stopping.wait(0.05)
         return 0
     except (FlightError, OSError) as error:
-        return recorder.report(error, announce)
+        announce({"error": str(error)})
+        return 1
     finally:
         if node is not None:
             node.destroy_node()

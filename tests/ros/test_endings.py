@@ -1,0 +1,180 @@
+"""How runs end when something goes wrong: a sentence, a closed and valid bag, and no process left behind."""
+
+import os
+import re
+import signal
+
+import pytest
+import yaml
+from mcap.reader import make_reader
+from rosbags.highlevel import AnyReader
+
+from tests.ros.processes import alive, children, finish, flight, running, until
+
+pytestmark = [pytest.mark.ros, pytest.mark.xdist_group("endings")]
+
+NODES = {"plant", "imu", "star_tracker", "estimator", "controller", "monitor", "recorder"}
+RUN = ("run", "cubli_asteroid", "--engine", "ros")
+
+
+def nodes_of(process) -> dict[str, int]:
+    """The seven nodes of a run by name, once all of them are there."""
+    return until(lambda: found if NODES <= (found := children(process.pid)).keys() else None, what="seven nodes")
+
+
+def recorded(bag):
+    """Wait until a run has written messages."""
+    def size():
+        return sum(path.stat().st_size for path in bag.glob("*.mcap")) > 100_000
+    until(size, 60.0, what="messages in the bag")
+
+
+def check_bag(bag) -> int:
+    """The bag is closed: its summary and index are there, rosbags reads all; the topics end at about the same stamp."""
+    with next(bag.glob("*.mcap")).open("rb") as file:
+        summary = make_reader(file, validate_crcs=True).get_summary()
+        outcome = next(record.metadata for record in make_reader(file).iter_metadata()
+                       if record.name == "flight_graph.outcome")
+    assert outcome["complete"] == "false"
+    with AnyReader([bag]) as reader:
+        count = sum(1 for _ in reader.messages())
+        assert count == summary.statistics.message_count == reader.message_count > 100
+    return count
+
+
+def gone(pids):
+    until(lambda: not any(map(alive, pids)), 20.0, "the processes to end")
+
+
+def sentence(text, *parts):
+    """The error is one sentence for a person, and names what it should."""
+    assert "Traceback" not in text, text
+    assert text.startswith("error: ") or "\nerror: " in text, text
+    for part in parts:
+        assert part in text, text
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interrupt_closes_the_bag(tmp_path, number):
+    bag = tmp_path / "bag"
+    with running(*RUN, "--out", bag, "--duration", 1000, cwd=tmp_path) as process:
+        pids = nodes_of(process).values()
+        recorded(bag)
+        status, _, err = finish(process, number)
+    assert status == 2
+    sentence(err, "interrupted", str(bag))
+    gone(pids)
+    check_bag(bag)
+
+
+def test_interrupt_before_the_first_message(tmp_path):
+    """Ctrl-C while nodes are still starting: nothing is left running, and no traceback."""
+    with running(*RUN, "--out", tmp_path / "bag", cwd=tmp_path) as process:
+        pids = until(lambda: children(process.pid), what="a spawner")
+        status, _, err = finish(process)
+    assert status == 2
+    sentence(err, "interrupted")
+    gone(pids.values())
+
+
+@pytest.mark.parametrize("victim", ["star_tracker", "plant"])
+def test_a_killed_node_is_named(tmp_path, victim):
+    bag = tmp_path / "bag"
+    with running(*RUN, "--out", bag, "--duration", 1000, cwd=tmp_path) as process:
+        pids = nodes_of(process)
+        recorded(bag)
+        os.kill(pids[victim], signal.SIGKILL)
+        _, err = process.communicate(timeout=40)
+    assert process.returncode == 2
+    sentence(err, f"the node {victim} ended by itself (signal SIGKILL)", str(bag))
+    gone(pids.values())
+    check_bag(bag)
+
+
+def test_a_killed_recorder_is_named(tmp_path):
+    bag = tmp_path / "bag"
+    with running(*RUN, "--out", bag, "--duration", 1000, cwd=tmp_path) as process:
+        pids = nodes_of(process)
+        recorded(bag)
+        os.kill(pids["recorder"], signal.SIGKILL)
+        _, err = process.communicate(timeout=40)
+    assert process.returncode == 2
+    sentence(err, "the node recorder ended by itself (signal SIGKILL)", str(bag))
+    gone(pids.values())
+
+
+def test_a_killed_run_leaves_no_orphans_and_a_valid_bag(tmp_path):
+    bag = tmp_path / "bag"
+    with running(*RUN, "--out", bag, "--duration", 1000, cwd=tmp_path) as process:
+        pids = children(process.pid) | nodes_of(process)
+        recorded(bag)
+        process.kill()
+        process.wait()
+    gone(pids.values())
+    check_bag(bag)
+
+
+def test_a_stopped_node_is_named(tmp_path):
+    """A node that hangs: the clock master says which one it waits for, and the run does not hang with it."""
+    bag = tmp_path / "bag"
+    with running(*RUN, "--out", bag, "--duration", 1000, cwd=tmp_path, FLIGHT_TIMEOUT_S="2") as process:
+        pids = nodes_of(process)
+        recorded(bag)
+        os.kill(pids["monitor"], signal.SIGSTOP)
+        _, err = process.communicate(timeout=60)
+    assert process.returncode == 2
+    sentence(err, "waited 2 s for the node monitor to reach t = ", "it has come to t = ")
+    gone(pids.values())
+    check_bag(bag)
+
+
+def test_a_missing_input_names_node_port_and_stamp(tmp_path):
+    """The controller stops answering: the plant says which input of which stamp it waits for."""
+    with running(*RUN, "--out", tmp_path / "bag", "--duration", 1000, cwd=tmp_path, FLIGHT_TIMEOUT_S="2") as process:
+        pids = nodes_of(process)
+        recorded(tmp_path / "bag")
+        os.kill(pids["controller"], signal.SIGSTOP)
+        _, err = process.communicate(timeout=60)
+    assert process.returncode == 2
+    sentence(err)
+    named = r"error: plant: waited 2 s for its input command on /cubli/wheel_command"
+    assert re.search(named + r" from controller, stamp t = \d+\.\d{9} s", err), err
+    gone(pids.values())
+
+
+def test_a_node_that_never_appears_is_named(tmp_path):
+    with running(*RUN, "--out", tmp_path / "bag", cwd=tmp_path, FLIGHT_TIMEOUT_S="3") as process:
+        pid = until(lambda: children(process.pid).get("star_tracker"), what="the star tracker's process")
+        os.kill(pid, signal.SIGSTOP)
+        pids = children(process.pid).values()
+        _, err = process.communicate(timeout=60)
+    assert process.returncode == 2
+    sentence(err, "waited 3 s for", "star_tracker")
+    gone(pids)
+
+
+def test_a_fault_of_a_component_ends_the_run_with_its_sentence(tmp_path):
+    from tests.graph import toy
+    data = toy.scenario(duration_s=50.0)
+    data["components"]["controller"]["parameters"] = {"angle_limit": 0.25}
+    (tmp_path / "toy.yaml").write_text(yaml.safe_dump(data))
+    texts = []
+    for engine in ("compiled", "ros"):
+        done = flight("run", tmp_path / "toy.yaml", "--engine", engine, "--out", tmp_path / engine, cwd=tmp_path)
+        assert done.returncode == 2
+        sentence(done.stderr, "controller stopped at t = 0 s: the angle left the limit of 0.25 rad")
+        texts.append(done.stderr.partition(";")[0].strip())
+    assert texts[0] == texts[1]
+
+
+def test_the_initial_error_outside_the_funnel_is_refused_or_rearmed(tmp_path):
+    start = ("--set", "plant.initial_angles=[-0.5,0.3,0.3]", "--duration", "1")
+    for engine in ("compiled", "ros"):
+        done = flight("run", "cubli_asteroid", "--engine", engine, "--out", tmp_path / engine, *start, cwd=tmp_path)
+        assert done.returncode == 2
+        sentence(done.stderr, "controller stopped at t = 0 s: the initial attitude error", "outside the funnel",
+                 "rho_a0 = [0.4, 0.4, 0.4] rad", "-0.50", "-1.25", "rearm")
+    done = flight("run", "cubli_asteroid", "--out", tmp_path / "rearmed", *start, "--set", "controller.rearm=true",
+                  "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert '"rearmed": 1.0' in done.stdout
