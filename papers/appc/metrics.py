@@ -12,10 +12,21 @@ torque_peak         largest |u_i| [N m];  effort: integral of u.u dt, all axes [
 normal_force_min    smallest normal force in m g, from true state, torque and disturbance; negative: contact is lost
 friction_ratio_max  largest ratio of tangential to normal force (1e6 where contact is lost)
 wheel_speed_max     largest wheel speed [rad/s];  limit_eq9: the rate limit of eq. (9) [rad/s]
-lift_first_s, ...   first and last time of a negative normal force, and of |omega| above the limit of eq. (9)
+lift_first_s, ...   first and last time of a negative normal force or flight, and of |omega| above the limit of eq. (9)
 =================== ==================================================================================================
 
 Errors are those of the true state (the angles themselves: the reference is zero), funnels those of the law.
+
+A plant that simulates its contact (`cubli/truth/contact`) gives the forces itself, and the metrics are those of the
+time until its run was decided (a landing, a fall):
+
+=================== ==================================================================================================
+slip_first_s        first time outside the friction cone;  lift_off_s: first time without contact (null: never)
+end_s, outcome      when the run was decided, and how: 0 not at all, 1 landed after a flight, 2 fell, 3 jammed sliding
+flight_time_s, ...  time in the air and time sliding [s]
+hop_height          largest height of the corner above the ground [m];  hop_distance: from where it stood first [m]
+touching_speed      speed of the corner that touched, into the ground [m/s]
+=================== ==================================================================================================
 """
 
 import numpy as np
@@ -25,17 +36,26 @@ from cubli_ros.attitude import diagonal_torque, to_body
 from flight_graph.kernel import plain
 
 SETTLED = 0.008  # [rad]
+TRUTH, COMMAND, FUNNEL, CONTACT = "cubli/truth", "cubli/wheel_command", "cubli/funnel", "cubli/truth/contact"
 
 
 def compute(scenario, signals) -> dict:
     """Metrics of a run: see the module's table."""
     values = scenario.graph.nodes["plant"].values
-    truth, command = signals["cubli/truth"], signals["cubli/wheel_command"]
+    signals = until_decided(scenario, signals)
+    truth, command = signals[TRUTH], signals[COMMAND]
     t = seconds(truth, scenario)
     torque = matched(t, command, scenario)
     angles, rates = truth["angles"], truth["rates"]
-    normal_force, friction_ratio = contact_history(truth, torque, values)
-    limit = plain(jump_condition.planar_rate_limit)(values["gravity"], values["length"], 1.0)
+    if CONTACT in signals:
+        contact = signals[CONTACT]
+        normal_force, friction_ratio = contact["normal_force"], contact["friction_ratio"]
+        lost = (normal_force < 0.0) | (contact["phase"] == 1.0)
+    else:
+        normal_force, friction_ratio = contact_history(truth, torque, values)
+        lost = normal_force < 0.0
+    cosine = float(np.cos(values.get("tilt", 0.0)))
+    limit = plain(jump_condition.planar_rate_limit)(values["gravity"], values["length"], cosine)
     norm = np.sqrt((rates * rates).sum(axis=1))
     error = np.abs(angles).max(axis=1)
     late = np.flatnonzero(error > SETTLED)
@@ -56,20 +76,57 @@ def compute(scenario, signals) -> dict:
         "friction_ratio_max": float(friction_ratio.max()),
         "wheel_speed_max": float(np.abs(truth["wheel_speed"]).max()),
         "limit_eq9": float(limit),
-        "limit_3d": float(plain(jump_condition.corner_rate_limit)(values["gravity"], values["length"], 1.0)),
+        "limit_3d": float(plain(jump_condition.corner_rate_limit)(values["gravity"], values["length"], cosine)),
         "tilt_initial_rad": tilt(angles[0]),
     }
-    result["lift_first_s"], result["lift_last_s"] = interval(t, normal_force < 0.0)
+    result["lift_first_s"], result["lift_last_s"] = interval(t, lost)
     result["over_limit_first_s"], result["over_limit_last_s"] = interval(t, norm > limit)
-    result["slip_time_s"] = float((friction_ratio > 0.6).mean() * (t[-1] - t[0]))
+    result["slip_time_s"] = float((friction_ratio > values.get("friction", 0.6)).mean() * (t[-1] - t[0]))
+    if CONTACT in signals:
+        result.update(contact_metrics(contact, values, scenario))
     return result
+
+
+def until_decided(scenario, signals) -> dict:
+    """The signals of a run, up to the moment at which the plant's contact decided it."""
+    kept = {topic: signals[topic] for topic in (TRUTH, COMMAND, FUNNEL, CONTACT) if topic in signals}
+    end = kept[CONTACT]["end_time"][-1] if CONTACT in kept else -1.0
+    if end < 0.0:
+        return kept
+    node = next(node for node, _, signal in scenario.graph.outputs() if signal.topic == CONTACT)
+    end += node.period_ns / 1e9  # the state of the touch stands in the message after it
+    return {topic: records[seconds(records, scenario) <= end] for topic, records in kept.items()}
+
+
+def contact_metrics(contact, values, scenario) -> dict:
+    """Events and motion of the contact: see the module's table."""
+    last = contact[-1]
+    step = (seconds(contact, scenario)[-1] / (len(contact) - 1)) if len(contact) > 1 else 0.0
+    tilt, azimuth = values["tilt"], values["azimuth"]
+    normal = np.array([np.sin(tilt) * np.cos(azimuth), np.sin(tilt) * np.sin(azimuth), np.cos(tilt)])
+    height = contact["corner"] @ normal
+    across = contact["corner"] - height[:, None] * normal
+    return {
+        "slip_first_s": event(last["slip_time"]), "lift_off_s": event(last["lift_off_time"]),
+        "end_s": event(last["end_time"]), "outcome": float(last["outcome"]),
+        "flight_time_s": float((contact["phase"] == 1.0).sum() * step),
+        "sliding_time_s": float((contact["sliding"] == 1.0).sum() * step),
+        "hop_height": max(0.0, float(height.max())),
+        "hop_distance": float(np.sqrt((across**2).sum(axis=1)).max()),
+        "touching_speed": float(last["touching_speed"]),
+    }
+
+
+def event(time) -> float | None:
+    """A time of the contact's messages, where -1 means never."""
+    return float(time) if time >= 0.0 else None
 
 
 def funnel_maxima(signals) -> dict:
     """xi maxima and the adaptive gains at the end; absent for laws without a funnel."""
-    if "cubli/funnel" not in signals:
+    if FUNNEL not in signals:
         return {"xi_a_max": None, "xi_u_max": None}
-    funnel = signals["cubli/funnel"]
+    funnel = signals[FUNNEL]
     found = {"xi_a_max": float(np.abs(funnel["attitude_xi"]).max()),
              "xi_u_max": float(np.abs(funnel["rate_xi"]).max()),
              "xi_u_initial": float(np.abs(funnel["rate_xi"][0]).max())}
@@ -90,7 +147,7 @@ def effort(command, scenario, until_s) -> float:
     """Integral of u.u over the run up to a time: exact for a held torque; trapezoidal where the bag is thinned."""
     t = seconds(command, scenario)
     power = (command["effort"] ** 2).sum(axis=1)[t <= until_s]
-    node = next(node.name for node, _, signal in scenario.graph.outputs() if signal.topic == "cubli/wheel_command")
+    node = next(node.name for node, _, signal in scenario.graph.outputs() if signal.topic == COMMAND)
     period = scenario.graph.nodes[node].period_ns / 1e9
     if len(t) > 1 and t[1] - t[0] > 1.5 * period:
         return float(np.trapezoid(power, t[t <= until_s]))

@@ -1,8 +1,9 @@
 """Small bodies: a surface by latitude and longitude, and gravity outside it, behind one interface.
 
-Every body has ``surface(latitude, longitude)`` -> (point (3,) [m], outward unit normal (3,)) and ``field(point)`` -> (gravity
-(3,) [m/s^2], gravity gradient (3, 3) [1/s^2]), both in body axes: z along the spin, x at longitude zero. Latitude and
-longitude [rad] are the direction from the centre (planetocentric). Gravity is attraction alone, without the spin.
+Every body has ``surface(latitude, longitude)`` -> (point (3,) [m], outward unit normal (3,)) and ``field(point)`` ->
+(gravity (3,) [m/s^2], gravity gradient (3, 3) [1/s^2]), both in body axes: z along the spin, x at longitude zero.
+Latitude and longitude [rad] are the direction from the centre (planetocentric). Gravity is attraction alone, without
+the spin.
 
 Bennu: semi-axes 282.5, 267.5, 254 m, mean radius 244.6 m, GM 4.8904 m^3/s^2, rotation period 4.296 h (radar shape of
 Nolan et al., Icarus 226, 2013, and OSIRIS-REx results); the body between is a superellipsoid of the same volume.
@@ -79,8 +80,8 @@ class MeshBody:
             hit = (((weights >= -1e-9 * size).all(axis=0) | (weights <= 1e-9 * size).all(axis=0))
                    & (distance > 0.0) & np.isfinite(distance))
         if not hit.any():
-            raise FlightError(f"{self.name}: there is no surface at latitude {latitude:g}, longitude {longitude:g} rad: the "
-                              "ray from the origin meets no face; the origin must lie inside the body")
+            raise FlightError(f"{self.name}: there is no surface at latitude {latitude:g}, longitude {longitude:g} "
+                              "rad: the ray from the origin meets no face; the origin must lie inside the body")
         face = np.flatnonzero(hit)[np.argmax(distance[hit])]
         return distance[face] * d, normal[face] / np.linalg.norm(normal[face])
 

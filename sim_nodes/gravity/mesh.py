@@ -1,8 +1,8 @@
 """Closed triangle meshes: reading Wavefront .obj files, the checks before gravity may trust them, and spheres.
 
-A mesh is (vertices (n, 3) [m], faces (m, 3) of indices, counter-clockwise seen from outside). `require_closed` refuses holes,
-edges with more than two faces, faces wound against their neighbours, an inside-out mesh and degenerate faces. It does not
-look for faces that cut through each other.
+A mesh is (vertices (n, 3) [m], faces (m, 3) of indices, counter-clockwise seen from outside). `require_closed` refuses
+holes, edges with more than two faces, faces wound against their neighbours, an inside-out mesh and degenerate faces.
+It does not look for faces that cut through each other.
 """
 
 from pathlib import Path
@@ -35,7 +35,8 @@ def load_obj(path: Path, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
                     raise ValueError
                 faces += [[corners[0], corners[i], corners[i + 1]] for i in range(1, len(corners) - 1)]
         except ValueError:
-            raise FlightError(f"{path}, line {number}: '{line.strip()}' is no vertex (v x y z) or face (f i j k)") from None
+            raise FlightError(f"{path}, line {number}: '{line.strip()}' is no vertex (v x y z) or face (f i j k)"
+                              ) from None
     if not faces:
         raise FlightError(f"{path}: the mesh has no faces (lines 'f i j k')")
     vertices, faces = scale * np.array(vertices, float).reshape(-1, 3), np.array(faces, np.int64)
@@ -68,19 +69,19 @@ def require_closed(vertices, faces, name: str) -> None:
     edges, inverse, count = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True)
     if (count == 1).any():
         hint = "; some vertices coincide, weld them" if len(np.unique(used, axis=0)) < len(np.unique(faces)) else ""
-        raise FlightError(f"{name}: the mesh has a hole: {int((count == 1).sum())} edges belong to one face only, the first "
-                          f"one joins vertices {_list(edges[np.argmax(count == 1)])}{hint}")
+        raise FlightError(f"{name}: the mesh has a hole: {int((count == 1).sum())} edges belong to one face only, the "
+                          f"first one joins vertices {_list(edges[np.argmax(count == 1)])}{hint}")
     if (count > 2).any():
         raise FlightError(f"{name}: {int((count > 2).sum())} edges belong to more than two faces, the first one joins "
                           f"vertices {_list(edges[np.argmax(count > 2)])}; the surface must be a closed 2-manifold")
     turns = np.bincount(inverse.reshape(-1), weights=np.where(directed[:, 0] < directed[:, 1], 1.0, -1.0))
     if turns.any():
-        raise FlightError(f"{name}: neighbouring faces are wound against each other at {int((turns != 0).sum())} edges, the "
-                          f"first one joins vertices {_list(edges[np.argmax(turns != 0)])}; orient all faces "
+        raise FlightError(f"{name}: neighbouring faces are wound against each other at {int((turns != 0).sum())} edges"
+                          f", the first one joins vertices {_list(edges[np.argmax(turns != 0)])}; orient all faces "
                           "counter-clockwise seen from outside")
     if volume(vertices, faces) <= 0.0:
-        raise FlightError(f"{name}: the mesh is inside out (its volume is {volume(vertices, faces):.4g} m^3); reverse the "
-                          "order of each face's vertices")
+        raise FlightError(f"{name}: the mesh is inside out (its volume is {volume(vertices, faces):.4g} m^3); reverse "
+                          "the order of each face's vertices")
 
 
 def _list(indices):
@@ -103,9 +104,9 @@ def centroid(vertices, faces) -> np.ndarray:
 def icosphere(frequency: int) -> tuple[np.ndarray, np.ndarray]:
     """Unit sphere: an icosahedron whose edges are cut into ``frequency`` parts, 20 frequency^2 faces, outward."""
     golden = 0.5 * (1.0 + np.sqrt(5.0))
-    corners = np.array([(-1, golden, 0), (1, golden, 0), (-1, -golden, 0), (1, -golden, 0), (0, -1, golden), (0, 1, golden),
-                        (0, -1, -golden), (0, 1, -golden), (golden, 0, -1), (golden, 0, 1), (-golden, 0, -1),
-                        (-golden, 0, 1)])
+    corners = np.array([(-1, golden, 0), (1, golden, 0), (-1, -golden, 0), (1, -golden, 0), (0, -1, golden),
+                        (0, 1, golden), (0, -1, -golden), (0, 1, -golden), (golden, 0, -1), (golden, 0, 1),
+                        (-golden, 0, -1), (-golden, 0, 1)])
     triangles = np.array([(0, 11, 5), (0, 5, 1), (0, 1, 7), (0, 7, 10), (0, 10, 11), (1, 5, 9), (5, 11, 4), (11, 10, 2),
                           (10, 7, 6), (7, 1, 8), (3, 9, 4), (3, 4, 2), (3, 2, 6), (3, 6, 8), (3, 8, 9), (4, 9, 5),
                           (2, 4, 11), (6, 2, 10), (8, 6, 7), (9, 8, 1)])

@@ -1,11 +1,12 @@
 """Gravity of a homogeneous polyhedron in closed form, everywhere outside it and on it.
 
-Gauss's theorem turns the volume integral of the attraction into one over the surface, and each plane triangle has a closed
-integral (r: from the field point to the face; n: outward unit normal; nu_e: in the face's plane, outward of edge e):
+Gauss's theorem turns the volume integral of the attraction into one over the surface, and each plane triangle has a
+closed integral (r: from the field point to the face; n: outward unit normal; nu_e: in the face's plane, outward of
+edge e):
 
-    g = G sigma grad(int dV / r) = -G sigma sum_f n_f I_f,      I_f = int_f dS / r = sum_e (nu_e . r_e) L_e - h_f omega_f,
+    g = G sigma grad(int dV / r) = -G sigma sum_f n_f I_f,
+    I_f = int_f dS / r = sum_e (nu_e . r_e) L_e - h_f omega_f,
     dg_i/dx_j = G sigma sum_f n_i (sum_e nu_e,j L_e - n_j omega_f),
-
     L_e = int_e dl / r = ln((r_1 + r_2 + l) / (r_1 + r_2 - l)),   h_f = n_f . r,   omega_f: solid angle of the face.
 
 The sums are those of Werner and Scheeres (Celestial Mechanics 65, 313-344, 1997), face by face instead of edge by edge.

@@ -1,9 +1,9 @@
 """A site on a rotating small body: what somebody who stands there feels.
 
-Site frame: x east, y north, z up (REP 103), up against the effective gravity (attraction and centrifugal), so gravity is
-(0, 0, -g). The ground is tilted by the slope: its normal leans by ``tilt`` towards ``azimuth``, counted from east to north.
-Around the site gravity is g(dx) = (0, 0, -g) + gradient dx; a moving thing feels the Coriolis acceleration of ``spin``
-besides. The gradient is taken HEIGHT above the ground, because on a mesh's edge it is singular.
+Site frame: x east, y north, z up (REP 103), up against the effective gravity (attraction and centrifugal), so gravity
+is (0, 0, -g). The ground is tilted by the slope: its normal leans by ``tilt`` towards ``azimuth``, counted from east
+to north. Around the site gravity is g(dx) = (0, 0, -g) + gradient dx; a moving thing feels the Coriolis acceleration
+of ``spin`` besides. The gradient is taken HEIGHT above the ground, because on a mesh's edge it is singular.
 """
 
 import math
@@ -19,7 +19,7 @@ POLE = 0.5 * math.pi  # [rad]
 
 @dataclass(frozen=True)
 class Site:
-    """position, normal (3,) and gravity (3,) in body axes; to_site (3, 3): body axes -> site frame; the rest: site frame."""
+    """position, normal, gravity (3,): body axes; to_site (3, 3): body axes -> site frame; the rest: site frame."""
 
     position: np.ndarray  # [m]
     normal: np.ndarray
@@ -39,9 +39,9 @@ def effective_gravity(body, spin_rate: float, point) -> np.ndarray:
 
 
 def site(body, spin_rate: float, latitude: float, longitude: float) -> Site:
-    """The site of a body (`sim_nodes.gravity.bodies`) at planetocentric latitude and longitude [rad]. Raises FlightError."""
+    """The site of a body (see bodies.py) at planetocentric latitude and longitude [rad]. Raises FlightError."""
     if not abs(latitude) <= POLE + 1e-4:
-        raise FlightError(f"latitude: {latitude:g} rad is off the body; allowed: between -pi/2 and pi/2 ({POLE:.6g}) rad")
+        raise FlightError(f"latitude: {latitude:g} rad is off the body; allowed: -pi/2 to pi/2 ({POLE:.6g}) rad")
     if not math.isfinite(longitude):
         raise FlightError(f"longitude: {longitude} rad is no direction; allowed: a finite number")
     latitude = max(-POLE, min(POLE, latitude))
@@ -49,8 +49,8 @@ def site(body, spin_rate: float, latitude: float, longitude: float) -> Site:
     gravity = effective_gravity(body, spin_rate, position)
     size = float(np.linalg.norm(gravity))
     if not -gravity @ normal > 0.0:
-        raise FlightError(f"at latitude {latitude:g}, longitude {longitude:g} rad nothing holds a rover down: effective "
-                          f"gravity is {size:.3g} m/s^2, {-gravity @ normal:.3g} m/s^2 of it into the ground")
+        raise FlightError(f"at latitude {latitude:g}, longitude {longitude:g} rad nothing holds a rover down: "
+                          f"effective gravity is {size:.3g} m/s^2, {-gravity @ normal:.3g} m/s^2 of it into the ground")
     up = -gravity / size
     east = np.array([-math.sin(longitude), math.cos(longitude), 0.0])  # stays defined at the poles
     east = east - (east @ up) * up

@@ -2,8 +2,8 @@
 
     r(d) = [((d_x/a)^2 + (d_y/b)^2)^(p/2) + |d_z/c|^p]^(-1/p),     V = (4 pi a b c / p) B(2/p, 1 + 1/p)
 
-d: unit direction, B: Euler's beta function; p = 2 is the ellipsoid, p = 1 a double cone, p >= 1 is convex. With the semi-axes
-and the volume of a body published, p follows (`exponent_for_volume`).
+d: unit direction, B: Euler's beta function; p = 2 is the ellipsoid, p = 1 a double cone, p >= 1 is convex. With the
+semi-axes and the volume of a body published, p follows (`exponent_for_volume`).
 """
 
 import math
