@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from flight_graph.bag.diff import TopicDifference, diff
-from flight_graph.bag.fields import columns
+from flight_graph.bag.diff import TopicDifference, diff, seconds_text
+from flight_graph.bag.fields import columns, entry_names, named
 from flight_graph.bag.message_types import vector_paths
 from flight_graph.bag.reader import Bag, read_bag
 from flight_graph.bag.writer import BagWriter
@@ -71,9 +71,8 @@ def compare(recorded: Bag, again: Bag, topics: list[str], changed: dict, toleran
                 f"{result.messages} messages on {len(found)} topics")
             return result
         result.sentences.append(f"different beyond the tolerance of {tolerance:g}: " + "; ".join(beyond[:3]))
-    else:
-        result.sentences.append("different")
-    result.sentences.append(f"first difference: {first}")
+    at = f" (t = {seconds_text(first.first.stamp_ns - recorded.start_ns)} s)" if first.first else ""
+    result.sentences.append(f"{first}{at}")
     return result
 
 
@@ -110,7 +109,8 @@ def _beyond(recorded, topic, tolerance):
         yield str(topic)
         return
     vectors = vector_paths(recorded.field_trees(topic.topic), recorded.topic(topic.topic).type_name)
-    known = {name: values for name, _, values in columns(
+    names = entry_names(recorded, topic.topic)
+    known = {named(name, names): values for name, _, values in columns(
         recorded[topic.topic], lambda path, length: path in vectors)}
     for name, difference in topic.fields.items():
         values = known.get(name)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from flight_graph.bag.fields import columns
+from flight_graph.bag.fields import columns, entry_names, named
 from flight_graph.bag.message_types import vector_paths
 from flight_graph.bag.reader import Bag, read_bag
 
@@ -51,13 +51,23 @@ class TopicDifference:
         if self.same_values and self.first is not None:
             parts.append("equal values; padding bytes differ")
         elif self.first is not None:
-            parts.append(f"first difference at {self.first.stamp_ns / 1e9:.9f} s (message {self.first.index}): "
-                         f"{self.first.field} {self.first.value_a!r} and {self.first.value_b!r}")
+            parts.append(f"first difference at {seconds_text(self.first.stamp_ns)} s (message {self.first.index}): "
+                         f"{self.first.field} {_short(self.first.value_a)} and {_short(self.first.value_b)}")
             worst = max(self.fields.items(), key=lambda item: item[1].relative, default=None)
             if worst is not None:
                 parts.append(f"largest relative difference {worst[1].relative:.3g} ({worst[0]}, "
                              f"absolute {worst[1].absolute:.3g})")
         return f"{self.topic}: " + "; ".join(parts)
+
+
+def seconds_text(stamp_ns: int) -> str:
+    """A stamp in seconds, to the nanosecond."""
+    return f"{stamp_ns // 10**9}.{stamp_ns % 10**9:09d}"
+
+
+def _short(value) -> str:
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 100 else text[:97] + "..."
 
 
 def diff(bag_a, bag_b, topics=None) -> list:
@@ -109,7 +119,7 @@ def _compare_values(a, b, topic, common):
     layouts = a.layout(topic), b.layout(topic)
     if None in layouts or layouts[0].dtype != layouts[1].dtype:
         return _compare_fields(a.decoded(topic)[:common], b.decoded(topic)[:common], vectors)
-    found, first = _compare_fields(a[topic][:common], b[topic][:common], vectors)
+    found, first = _compare_fields(a[topic][:common], b[topic][:common], vectors, entry_names(a, topic))
     for path in dict.fromkeys([*layouts[0].constants, *layouts[1].constants]):
         values = [layout.constants.get(path) for layout in layouts]
         if values[0] != values[1]:
@@ -118,11 +128,12 @@ def _compare_values(a, b, topic, common):
     return found, first
 
 
-def _compare_fields(a, b, vectors):
+def _compare_fields(a, b, vectors, names=()):
     """Return ({column: FieldDifference}, (index, column, value a, value b) of the first difference or None)."""
     found, first = {}, None
     columns_a, columns_b = (
-        {name: values for name, _, values in columns(array, lambda path, length: path in vectors)} for array in (a, b))
+        {named(name, names): values for name, _, values in columns(array, lambda path, length: path in vectors)}
+        for array in (a, b))
     for name in dict.fromkeys([*columns_a, *columns_b]):
         if name not in columns_a or name not in columns_b:
             wrong, found[name] = np.ones(len(a), bool), FieldDifference(np.inf, np.inf)

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from flight_graph.bag.errors import BagError
-from flight_graph.bag.fields import columns
+from flight_graph.bag.fields import columns, entry_names, named
 from flight_graph.bag.message_types import vector_paths
 from flight_graph.bag.reader import Bag, read_bag
 from flight_graph.bag.units import field_units
@@ -33,11 +33,11 @@ def table(bag: Bag, topic: str, units: dict | None = None) -> dict:
     known = field_units(trees, info.type_name)
     own = {tuple(key.split(":", 1)): unit for key, unit in bag.metadata.get(UNITS_RECORD, {}).items()}
     own.update(units or {})
-    names = _entry_names(bag, topic)
+    names = entry_names(bag, topic)
     vectors = vector_paths(trees, info.type_name)
     result = {"stamp [ns]": stamps, "time [s]": stamps / 1e9}
     for name, path, values in columns(array, lambda path, length: path in vectors):
-        name = _named(name, names)
+        name = named(name, names)
         unit = own.get((topic, name)) or known.get(path, "")
         result[f"{name} [{unit}]" if unit else name] = values
     return result
@@ -59,19 +59,6 @@ def export(bag, out_dir, to: str = "csv", topics=None, units: dict | None = None
     except OSError as error:
         raise BagError(f"tables cannot be written to '{out_dir}': {(error.strerror or str(error)).lower()}") from error
     return paths
-
-
-def _entry_names(bag, topic):
-    """Names of array entries: the message's own list ``name`` (JointState), where it is the same in all messages."""
-    names = bag.constants(topic).get("name")
-    return names if isinstance(names, list) and names and len(set(names)) == len(names) else []
-
-
-def _named(name, names):
-    base, bracket, index = name.partition("[")
-    if bracket and base in ("position", "velocity", "effort") and index[:-1].isdigit() and int(index[:-1]) < len(names):
-        return f"{base}[{names[int(index[:-1])]}]"
-    return name
 
 
 def _write_csv(path, result):

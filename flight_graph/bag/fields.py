@@ -27,3 +27,17 @@ def _columns(array, name, path, is_vector):
                 yield from _columns(entry, f"{text}.", f"{where}.", is_vector)
             else:
                 yield text, where, entry
+
+
+def entry_names(bag, topic: str) -> list:
+    """Names of array entries: the message's own list ``name`` (JointState), where it is the same in all messages."""
+    names = bag.constants(topic).get("name")
+    return names if isinstance(names, list) and names and len(set(names)) == len(names) else []
+
+
+def named(column: str, names: list) -> str:
+    """``position[3]`` with the name of the entry in place of its number, where it has one."""
+    base, bracket, index = column.partition("[")
+    if bracket and base in ("position", "velocity", "effort") and index[:-1].isdigit() and int(index[:-1]) < len(names):
+        return f"{base}[{names[int(index[:-1])]}]"
+    return column

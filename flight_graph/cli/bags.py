@@ -1,26 +1,51 @@
-"""flight info, plot: looking at a bag."""
+"""flight info, plot, recover, diff, export: looking at a bag, saving it, comparing it, taking it elsewhere."""
 
 import json
+import sys
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from flight_graph.cli.show import console
-from flight_graph.errors import FlightError
+from flight_graph.cli.show import add, console, number, working
+from flight_graph.errors import FlightError, unknown
 
 BagPath = Annotated[Path, typer.Argument(help="A bag: its folder, or an .mcap file.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+Topics = Annotated[list[str] | None, typer.Option(
+    "--topics", help="Only these topics: a name, or several with commas; may be repeated.")]
+_HIDDEN = ("rosbag2", "units")  # metadata records for programs
 
 
 def register(app: typer.Typer) -> None:
     app.command(epilog="Example: flight info runs/cubli_asteroid-ros-1")(info)
     app.command(epilog="Example: flight plot runs/cubli_asteroid-ros-1 --out balance.png")(plot)
+    app.command(epilog="Example: flight recover runs/cubli_asteroid-ros-1 --out saved")(recover)
+    app.command(epilog="Example: flight diff runs/cubli_asteroid-ros-1 runs/cubli_asteroid-compiled-1")(diff)
+    app.command(epilog="Example: flight export runs/cubli_asteroid-ros-1 --to parquet --topics /cubli/imu,/cubli/truth")(
+        export)
 
 
-def info(bag: BagPath, as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False) -> None:
+def topic_names(given: list[str] | None) -> list[str] | None:
+    """``--topics`` as full names; None: all."""
+    names = [name.strip() for text in given or [] for name in text.split(",") if name.strip()]
+    return [f"/{name.lstrip('/')}" for name in names] or None
+
+
+def info(
+    bag: BagPath, as_json: Json = False,
+    attachment: Annotated[str | None, typer.Option(help="Print this attachment instead.")] = None,
+) -> None:
     """Say what a bag holds: topics, counts, rates, how it was made and how it ended."""
     from flight_graph.bag.reader import read_bag
-    content = read_bag(bag)
+    with working(f"reading {bag}", not as_json):
+        content = read_bag(bag)
+    if attachment is not None:
+        if attachment not in content.attachments:
+            raise unknown("attachment", attachment, content.attachments, str(bag))
+        sys.stdout.write(content.attachments[attachment].data.decode(errors="replace"))
+        return
     seconds = (content.end_ns - content.start_ns) / 1e9
     topics = [{"topic": topic.name, "type": topic.type_name, "count": topic.count,
                "rate_hz": (topic.count - 1) / seconds if seconds > 0 and topic.count > 1 else None}
@@ -37,10 +62,10 @@ def info(bag: BagPath, as_json: Annotated[bool, typer.Option("--json", help="Pri
                       f"{topic['rate_hz']:g}" if topic["rate_hz"] else "")
     console.print(table)
     for name, entries in report["metadata"].items():
-        if name != "rosbag2":
+        if name not in _HIDDEN:
             console.print(f"{name}: " + ", ".join(f"{key} {value}" for key, value in dict(entries).items()),
-                          highlight=False)
-    console.print("attachments: " + ", ".join(report["attachments"]), highlight=False)
+                          highlight=False, markup=False)
+    console.print("attachments: " + ", ".join(report["attachments"]), highlight=False, markup=False)
 
 
 def plot(
@@ -59,3 +84,82 @@ def draw_overview(scenario, signals, path: Path) -> Path:
     if not scenario.file.figure:
         raise FlightError(f"{scenario.name} names no figure")
     return load(scenario.file.figure)(scenario, signals, path)
+
+
+def recover(
+    bag: BagPath,
+    out: Annotated[Path | None, typer.Option(help="Folder of the new bag; BAG_recovered when left out.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Make a valid bag of a truncated, corrupted or unfinished one; say what was saved and how much time is lost.
+
+    The damaged bag stays as it is.
+    """
+    from flight_graph.bag.recover import recover as save
+    folder = out or _beside(bag, "_recovered")
+    with working(f"recovering {bag}", not as_json):
+        report = save(bag, folder)
+    if as_json:
+        print(json.dumps({
+            "source": str(bag), "bag": str(folder), "topics": {name: asdict(t) for name, t in report.topics.items()},
+            "gaps": [asdict(gap) for gap in report.gaps], "seconds_lost": report.seconds_lost,
+            "attachments": report.attachments, "metadata": report.metadata, "remarks": report.remarks}))
+        return
+    from rich.table import Table
+    table = Table("topic", "saved", "lost", title=f"{bag} -> {folder}", title_justify="left")
+    for name, topic in report.topics.items():
+        add(table, name, topic.saved, "unknown" if topic.lost is None else topic.lost)
+    console.print(table)
+    kept = f"{len(report.attachments)} attachments and {len(report.metadata)} metadata records kept"
+    for line in [*map(str, report.gaps), kept, *report.remarks]:
+        console.print(line, markup=False, highlight=False)
+    print(folder)
+
+
+def diff(
+    bag_a: BagPath, bag_b: BagPath,
+    topics: Topics = None, as_json: Json = False,
+) -> None:
+    """Compare two bags topic by topic: equal bytes, or where and by how much they differ. The status is 1 then."""
+    from flight_graph.bag.diff import diff as compare
+    from flight_graph.bag.reader import read_bag
+    with working(f"comparing {bag_a} and {bag_b}", not as_json):
+        a, b = read_bag(bag_a), read_bag(bag_b)
+        for name in topic_names(topics) or []:
+            if name not in a and name not in b:
+                raise unknown("topic", name, {**a.topics, **b.topics}, f"{bag_a} and {bag_b}")
+        found = compare(a, b, topic_names(topics))
+    equal = all(topic.equal for topic in found)
+    if as_json:
+        print(json.dumps({"a": str(bag_a), "b": str(bag_b), "equal": equal, "topics": [asdict(t) for t in found]},
+                         default=str))
+    else:
+        from flight_graph.cli.replay import fields_table
+        for topic in found:
+            console.print(str(topic), markup=False, highlight=False)
+        if any(topic.fields for topic in found):
+            console.print(fields_table([topic for topic in found if not topic.equal]))
+    if not equal:
+        raise typer.Exit(1)
+
+
+def export(
+    bag: BagPath,
+    to: Annotated[str, typer.Option(help="csv, parquet or npz.")] = "csv",
+    out: Annotated[Path | None, typer.Option(help="Folder of the tables; BAG_tables when left out.")] = None,
+    topics: Topics = None, as_json: Json = False,
+) -> None:
+    """Write one table a topic, with named and unit-labelled columns."""
+    from flight_graph.bag.export import export as write
+    with working(f"writing {to} tables of {bag}", not as_json):
+        paths = write(bag, out or _beside(bag, "_tables"), to, topic_names(topics))
+    if as_json:
+        print(json.dumps({"bag": str(bag), "format": to, "files": [str(path) for path in paths]}))
+        return
+    for path in paths:
+        print(f"{path} ({number(path.stat().st_size / 1e6)} MB)")
+
+
+def _beside(bag: Path, ending: str) -> Path:
+    name = bag.name.removesuffix(".zstd").removesuffix(".mcap") or bag.resolve().name
+    return bag.parent / f"{name}{ending}"

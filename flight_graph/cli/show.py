@@ -60,6 +60,16 @@ def steps(name: str, wanted: bool):
         yield lambda done, total, what="": bar.update(task, completed=done, total=total, description=f"{name}: {what}")
 
 
+@contextmanager
+def working(text: str, wanted: bool):
+    """A turning wheel on standard error while something takes its time."""
+    if not (wanted and _errors.is_terminal):
+        yield
+        return
+    with _errors.status(text):
+        yield
+
+
 def add(table: Table, *cells) -> None:
     """Add a row of plain text: brackets (``[rad]``) stand for themselves."""
     table.add_row(*(Text(str(cell)) for cell in cells))

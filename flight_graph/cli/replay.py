@@ -1,0 +1,122 @@
+"""flight verify, replay, play: a bag run again, one component on its inputs, and a bag published live."""
+
+import json
+import math
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from flight_graph.cli.bags import BagPath, Topics, topic_names
+from flight_graph.cli.scenarios import Json, parse_settings
+from flight_graph.cli.show import add, console, number, status, steps
+from flight_graph.errors import FlightError
+
+Trust = Annotated[bool, typer.Option("--trust", help="Run component files that the bag carries. Read them first.")]
+Tolerance = Annotated[float, typer.Option(
+    min=0.0, help="Where versions differ: allowed difference, relative to a field's largest magnitude.")]
+
+
+_ROWS = 40  # of the table of differing fields
+
+
+def register(app: typer.Typer) -> None:
+    app.command(epilog="Example: flight verify runs/cubli_asteroid-ros-1")(verify)
+    app.command(epilog="Example: flight replay runs/cubli_asteroid-ros-1 --component controller --set lambda_a=0.03")(replay)
+    app.command(epilog="Example: flight play runs/cubli_asteroid-ros-1 --rate 0.5 --topics /cubli/imu --loop")(play)
+
+
+def verify(bag: BagPath, trust: Trust = False, tolerance: Tolerance = 1e-6, as_json: Json = False) -> None:
+    """Run a bag's scenario again from the bag alone and compare every message, byte for byte.
+
+    Where versions differ (they are named) and bytes do too, the comparison is within a tolerance. The status is 0 when
+    the bag holds, 1 when it does not or cannot be compared.
+    """
+    from flight_graph.verify import verify as run_again
+    with steps(f"verify {bag}", not as_json) as advance:
+        result = run_again(bag, trust, tolerance, lambda seconds: advance(seconds, None, "s simulated"),
+                           lambda: advance(0, None, "compiling (once; it is kept)"))
+    if as_json:
+        print(json.dumps({"bag": str(bag), "holds": result.holds, **result.plain()}, default=str))
+    else:
+        _show(result)
+    if not result.holds:
+        raise typer.Exit(1)
+
+
+def replay(
+    bag: BagPath,
+    component: Annotated[str, typer.Option(help="Name of a component in the bag's scenario.")],
+    engine: Annotated[str, typer.Option(help="compiled, python, or ros (the real node, over ROS topics).")] = "compiled",
+    settings: Annotated[list[str] | None, typer.Option(
+        "--set", metavar="PARAM=VALUE", help="Change a parameter of the component; may be repeated.")] = None,
+    trust: Trust = False, tolerance: Tolerance = 1e-6, as_json: Json = False,
+) -> None:
+    """Feed the recorded inputs to one component and compare its outputs with the recorded ones.
+
+    Without --set every byte must be equal. With --set the differences are reported (open loop).
+    """
+    if engine == "python":
+        os.environ["NUMBA_DISABLE_JIT"] = "1"
+    from flight_graph.replay import replay as run_again
+    with steps(f"replay {component}", not as_json) as advance:
+        result = run_again(bag, component, engine, parse_settings(settings), trust, tolerance,
+                           lambda seconds: advance(seconds, None, "s simulated"))
+    if as_json:
+        print(json.dumps({"bag": str(bag), "holds": result.holds, **result.plain()}, default=str))
+    else:
+        console.print(f"{result.component}: {result.firings} firings ({result.engine})", highlight=False)
+        _show(result.comparison)
+    if not result.holds:
+        raise typer.Exit(1)
+
+
+def play(
+    bag: BagPath,
+    rate: Annotated[float, typer.Option(help="Recorded seconds per second of wall time.")] = 1.0,
+    loop: Annotated[bool, typer.Option("--loop", help="Begin again at the end, until Ctrl-C.")] = False,
+    start: Annotated[float, typer.Option(min=0.0, help="Begin this many seconds into the bag.")] = 0.0,
+    topics: Topics = None,
+) -> None:
+    """Publish a bag to live ROS topics, with /clock, for viewers. Any rosbag2 MCAP bag can be played."""
+    from flight_graph.play import Schedule
+    schedule = Schedule.of(bag, rate, start, topic_names(topics))
+    try:
+        from flight_graph.ros import player
+    except ModuleNotFoundError as error:
+        raise FlightError(f"flight play publishes to ROS topics and needs rclpy, which is not here ({error})") from None
+    report = player.run(schedule, loop, lambda sentence: status(sentence))
+    print(f"{report.messages} messages on {report.topics} topics"
+          + (f"; at most {report.worst_delay_s:.3f} s late" if report.messages else ""))
+
+
+def _show(result) -> None:
+    colour = "green" if result.holds else "red"
+    console.print(f"[{colour}]{result.verdict}[/]", highlight=False)
+    for sentence in result.sentences:
+        console.print(sentence, markup=False, highlight=False)
+    different = [topic for topic in result.topics if not topic.equal]
+    if different:
+        console.print(fields_table(different))
+
+
+def fields_table(topics):
+    """The fields that differ, with their largest differences."""
+    from rich.table import Table
+    table = Table("topic", "messages", "field", "absolute", "relative", title_justify="left",
+                  title="largest differences")
+    rows = []
+    for topic in topics:
+        counts = str(topic.count_a) if topic.count_a == topic.count_b else f"{topic.count_a} and {topic.count_b}"
+        if not topic.fields:
+            rows.append((topic.topic, counts, topic.remark or "", "", ""))
+        for name, difference in topic.fields.items():
+            rows.append((topic.topic, counts, name, *(
+                number(value) if math.isfinite(value) else "not a number" for value in
+                (difference.absolute, difference.relative))))
+    for row in rows[:_ROWS]:
+        add(table, *row)
+    if len(rows) > _ROWS:
+        add(table, f"and {len(rows) - _ROWS} more fields", "", "(--json has all)", "", "")
+    return table
