@@ -141,10 +141,10 @@ class LandingController(Component):
     rate_hz = 10.0
     kernel = control
     faults = {
-        KEEP_OUT: "the start is inside the keep-out funnel: clearance {clearance} m (must be > 0), view angle {view_deg} "
-                  "deg of at most {view_limit_deg} deg; start higher, or set refuse_unsafe_start to false",
-        OUT_OF_VIEW: "the start does not have the site in view: view angle {view_deg} deg of at most {view_limit_deg} "
-                     "deg, clearance {clearance} m; turn -z_B to the site, or set refuse_unsafe_start to false",
+        KEEP_OUT: "the start is inside the keep-out funnel: clearance {clearance:.3f} m (must be > 0), view angle "
+                  "{view_deg:.2f} deg of at most {view_limit_deg:.2f} deg; start higher, or set refuse_unsafe_start to false",
+        OUT_OF_VIEW: "the start does not have the site in view: view angle {view_deg:.2f} deg of at most {view_limit_deg:.2f} "
+                     "deg, clearance {clearance:.3f} m; turn -z_B to the site, or set refuse_unsafe_start to false",
     }
 
     @classmethod
