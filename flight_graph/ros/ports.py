@@ -3,6 +3,7 @@
 import importlib
 
 from rclpy.callback_groups import CallbackGroup
+from rclpy.duration import Duration
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
@@ -77,6 +78,10 @@ class RawPublisher:
 
     def subscribers(self) -> int:
         return self._publisher.get_subscription_count()
+
+    def wait_for_all_acked(self, seconds: float) -> bool:
+        """Wait until every reliable reader has all messages; whether that came true in time."""
+        return self._publisher.wait_for_all_acked(Duration(seconds=seconds))
 
 
 class OutputPort:
