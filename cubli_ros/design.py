@@ -1,7 +1,7 @@
 """Design rules: funnels of the APPC law that keep the Cubli rover on the ground of a small body.
 
 The law and its funnels: Aerospace 2022, 9(11), 728, equations (9)-(16). The paper's own gains throw the rover off:
-eq. (9) holds for each axis, but not for the rate across the body diagonal, and nothing limits the ground force. Three rules:
+eq. (9) holds for each axis, but not for the rate across the body diagonal, and nothing limits the ground force.
 
 *A*: a held reference, funnels so narrow that the rate across the diagonal stays below omega_3D = sqrt(2 g cos a /
 (sqrt(3) l)) whatever the law does inside of them. Says nothing about friction.
@@ -10,8 +10,8 @@ eq. (9) holds for each axis, but not for the rate across the body diagonal, and 
 
 *best*: a minimum-jerk reference of the shortest duration T whose ground force, from the exact kinematics on the
 worst-sided slope, keeps to 0.8 of the friction coefficient less what the disturbance needs, and to a normal force of
-0.4 m g; rate funnels so narrow that the rate limit of rule A holds too while |xi| < 1; an inner loop fast against the
-disturbance.
+0.4 m g; a rate funnel so narrow that the rate limit of rule A holds too while |xi| < 1, and that need not narrow, so
+that gyro noise shakes the wheels less; an inner loop fast against the disturbance.
 
 The rules are recipes with an argument, checked by simulation, and no proof.
 """
@@ -99,7 +99,7 @@ def rule_b(site: Site, rover: Rover) -> Design:
         **adaptation(0.1 * q, q, q * q + site.disturbance, q)}
     argument = [
         f"q = sqrt(0.5 (mu cos a - sin a) g / (r tilt)) = {q:.4g} 1/s with r = {rover.arm:.4g} m, tilt = "
-        f"{rover.start_tilt:.4g} rad: the largest acceleration of the centre, q^2 r tilt, takes half of the friction there is",
+        f"{rover.start_tilt:.4g} rad: the largest acceleration of the centre, q^2 r tilt, takes half of the friction",
         f"the reference itself needs a friction ratio of {found['friction']:.3g} and leaves a normal force of "
         f"{found['normal']:.3g} m g",
     ]
@@ -127,15 +127,16 @@ def best(site: Site, rover: Rover) -> Design:
     parameters = {
         "law": "implicit", "feed_forward": 1.0, "reference_form": "minimum_jerk", "reference_initial": rover.start,
         "reference_duration": duration, "rho_a0": rho_a0, "rho_a_inf": rho_a_inf, "l_a": -q, "lambda_a": 0.02 * q,
-        "rho_u0": rho_u0, "rho_u_inf": 0.5 * rho_u0, "l_u": -q, "lambda_u": lambda_u,
-        **adaptation(0.5 * rho_u0, q, q * q + site.disturbance, q)}
+        "rho_u0": rho_u0, "rho_u_inf": rho_u0, "l_u": -q, "lambda_u": lambda_u,
+        **adaptation(rho_u0, q, q * q + site.disturbance, q)}
     argument = [
-        f"T = {duration:.4g} s is the shortest minimum-jerk reference with a friction ratio of at most {wanted:.3g} and a "
-        f"normal force of at least {LEAST_NORMAL_FORCE:g} m g: it needs {found['friction']:.3g} and leaves {found['normal']:.3g}",
+        f"T = {duration:.4g} s is the shortest minimum-jerk reference with a friction ratio of at most {wanted:.3g} "
+        f"and a normal force of at least {LEAST_NORMAL_FORCE:g} m g: it needs {found['friction']:.3g} and leaves "
+        f"{found['normal']:.3g}",
         f"{FRICTION_SHARE:g} mu less a quarter of the {at_once:.3g} that the disturbance needs "
-        f"uncompensated: the inner loop's lambda_u / rho_u0 = {lambda_u / rho_u0:.3g} 1/s takes three quarters of it away",
-        f"while |xi| < 1: |omega| <= {found['across']:.3g} (reference) + sqrt(3) (rho_u0 + {inverse_2:.3g} ({forward:.3g} "
-        f"rho_u0 + |l| rho_a0)) rad/s <= {RATE_SHARE:g} omega_3D = {limit:.4g} rad/s",
+        f"uncompensated: the inner loop, lambda_u / rho_u0 = {lambda_u / rho_u0:.3g} 1/s, takes the rest away",
+        f"while |xi| < 1: |omega| <= {found['across']:.3g} (reference) + sqrt(3) (rho_u0 + {inverse_2:.3g} "
+        f"({forward:.3g} rho_u0 + |l| rho_a0)) rad/s <= {RATE_SHARE:g} omega_3D = {limit:.4g} rad/s",
     ]
     bound = (found["across"] + funnel_rate(rover, parameters)) / rate_limit(site, rover)
     return finish("best", site, rover, parameters, along.settled * duration, argument, {"rate_bound_share": bound},
@@ -182,7 +183,7 @@ def finish(rule, site, rover, parameters, settling, argument, margins, load, fri
     fitting = [rate for rate in RATES_HZ if rate >= max(20.0, 2.5 * slowest)]
     if not fitting:
         raise FlightError(f"rule {rule}: the law would need {slowest:.3g} Hz at least (inner gain {gain:.3g} 1/s); "
-                          f"allowed: designs up to {RATES_HZ[-1] / 2.5:g} Hz; a smaller disturbance or a larger gravity helps")
+                          f"allowed: up to {RATES_HZ[-1] / 2.5:g} Hz; a smaller disturbance or a larger gravity helps")
     rate = float(fitting[0])
     at_once = disturbance_friction(rover, site)
     held = at_once / math.sqrt(1.0 + (parameters["lambda_u"] / parameters["rho_u0"] / max(site.frequency, 1e-9)) ** 2)
@@ -208,23 +209,24 @@ def warn(rule, site, rover, parameters, margins) -> list:
     found, slope = [], math.tan(site.tilt)
     rho, sigma = parameters["rho_u_inf"], rover.gyro_sigma
     if rho < 5.0 * sigma:
-        found.append(f"the rate funnel ends at {rho:.3g} rad/s, {rho / sigma:.2g} times the gyro noise of {sigma:g} rad/s: "
-                     f"it is tighter than 5 standard deviations; allowed noise: {rho / 5.0:.2g} rad/s")
+        found.append(f"the rate funnel ends at {rho:.3g} rad/s, {rho / sigma:.2g} times the gyro noise of {sigma:g} "
+                     f"rad/s: it is tighter than 5 standard deviations; allowed noise: {rho / 5.0:.2g} rad/s")
     if margins["friction_gyro_noise"] > 0.1 * site.friction:
         allowed = 0.1 * site.friction * sigma / margins["friction_gyro_noise"]
         found.append(f"gyro noise of {sigma:g} rad/s shakes the ground force by a friction ratio of "
                      f"{margins['friction_gyro_noise']:.2g} (one standard deviation, friction coefficient "
                      f"{site.friction:g}); filter the rate to {allowed:.2g} rad/s or better")
     if margins["friction_disturbance_at_once"] + slope > site.friction:
-        found.append(f"the disturbance needs a friction ratio of {margins['friction_disturbance_at_once'] + slope:.3g} before "
-                     f"any law can answer it, the ground gives {site.friction:g}: expect a slip when it begins")
+        at_once = margins["friction_disturbance_at_once"] + slope
+        found.append(f"the disturbance needs a friction ratio of {at_once:.3g} before any law can answer it, the ground "
+                     f"gives {site.friction:g}: expect a slip when it begins")
     total = margins["friction_reference"] + margins["friction_disturbance_held"]
     if rule != "A" and total > site.friction:
         found.append(f"reference and disturbance together need a friction ratio of {total:.3g}, the ground gives "
                      f"{site.friction:g}")
     if margins["rate_bound_share"] > 1.0:
-        found.append(f"inside of the funnels the rate may reach {margins['rate_bound_share']:.3g} omega_3D: the funnels alone "
-                     "do not keep the rover down (the reference does)")
+        found.append(f"inside of the funnels the rate may reach {margins['rate_bound_share']:.3g} omega_3D: the "
+                     "funnels alone do not keep the rover down (the reference does)")
     if margins["torque_Nm"] > parameters["torque_limit"]:
         found.append(f"the manoeuvre needs about {margins['torque_Nm']:.3g} N m, a wheel gives "
                      f"{parameters['torque_limit']:g} N m")

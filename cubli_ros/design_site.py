@@ -159,8 +159,8 @@ def check(site: Site, rover: Rover) -> None:
         raise FlightError(f"gravity: {site.gravity:g} m/s^2 is not allowed; allowed: greater than 0 (without gravity "
                           "nothing holds the rover on the ground)")
     if site.friction <= 0.0:
-        raise FlightError(f"friction: {site.friction:g} is not allowed; allowed: greater than 0 (on frictionless ground "
-                          "the corner slides whatever the law does)")
+        raise FlightError(f"friction: {site.friction:g} is not allowed; allowed: greater than 0 (on frictionless "
+                          "ground the corner slides whatever the law does)")
     for name in ("disturbance", "frequency", "tilt", "gyro noise"):
         if numbers[name] < 0.0:
             raise FlightError(f"{name}: {numbers[name]:g} is not allowed; allowed: 0 or more")

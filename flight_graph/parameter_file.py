@@ -40,6 +40,6 @@ def overrides(path: Path, components: dict[str, dict], folder: Path | None = Non
                 values = {key: value for key, value in values.items() if key in known or key == "rate_hz"}
             found.update({f"{component}.{key}": value for key, value in values.items()})
     if not found:
-        raise FlightError(f"--params {path}: none of its sections ({', '.join(map(str, data))}) means a component of this "
-                          f"scenario ({', '.join(components)})")
+        raise FlightError(f"--params {path}: none of its sections ({', '.join(map(str, data))}) means a component of "
+                          f"this scenario ({', '.join(components)})")
     return found

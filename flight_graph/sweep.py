@@ -2,7 +2,7 @@
 
 A run is a function of its case number alone, so the table does not depend on how many threads ran or in which order
 they finished. A run that stops, is refused or cannot be judged is a row that says so. The table is rewritten as a whole
-(to a new file that then takes the old one's place) every few seconds and at the end, also when the sweep is interrupted.
+(to a new file that then takes the old one's place) every few seconds and at the end, also when it is interrupted.
 """
 
 import hashlib
@@ -229,7 +229,7 @@ def _earlier(sweep, folder) -> dict:
     if not description.is_file():
         raise FlightError(f"--resume: {folder} holds no sweep ({DESCRIPTION} is missing)")
     if json.loads(description.read_text()).get("fingerprint") != sweep.fingerprint():
-        raise FlightError(f"--resume: the sweep in {folder} is another one: the scenario, its vary block or --set differ")
+        raise FlightError(f"--resume: the sweep in {folder} is another one: scenario, vary block or --set differ")
     if not (folder / TABLE).is_file():
         return {}
     keys, rows = sweep.scenario.vary.keys(), {}

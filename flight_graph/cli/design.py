@@ -5,10 +5,12 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+import yaml
 
 from flight_graph.cli.show import add, console, number
 from flight_graph.errors import FlightError
 
+START = (-0.3, 0.3, 0.3)  # [rad] section 5 of the paper
 DESIGNS = {"cubli": "the Cubli rover on the ground of a small body (Aerospace 2022, 9(11), 728)"}
 
 
@@ -22,12 +24,12 @@ def design(
     gravity: Annotated[float, typer.Option(help="Surface gravity [m/s^2].")],
     tilt: Annotated[float, typer.Option(help="Angle between up and the ground's normal [rad].")] = 0.0,
     friction: Annotated[float, typer.Option(help="Friction coefficient of the ground.")] = 0.5,
-    disturbance: Annotated[float, typer.Option(help="Disturbing acceleration d of each axis, eq. (42) [rad/s^2].")] = 0.0,
+    disturbance: Annotated[float, typer.Option(help="Disturbing acceleration d of each axis [rad/s^2].")] = 0.0,
     frequency: Annotated[float, typer.Option(help="Its frequency [rad/s].")] = 1.0,
     phasing: Annotated[str, typer.Option(help="Of its axes: equal, or 120 degrees apart.")] = "equal",
     rule: Annotated[str, typer.Option(help="A (rate limit), B (critically damped reference) or best.")] = "best",
     model: Annotated[str, typer.Option(help="Inertia: physical (about the corner) or paper (m l^2 / 6).")] = "physical",
-    start: Annotated[tuple[float, float, float], typer.Option(help="Cardan angles at the start [rad].")] = (-0.3, 0.3, 0.3),
+    start: Annotated[tuple[float, float, float], typer.Option(help="Cardan angles at the start [rad].")] = START,
     gyro_noise: Annotated[float, typer.Option(help="White noise of a rate sample [rad/s].")] = 1.0e-4,
     out: Annotated[Path | None, typer.Option(help="Write the parameter file here (a new one).")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
@@ -72,30 +74,35 @@ def design(
 
 def parameter_file(made, site, rover) -> str:
     """The design as a ROS parameter file, with the argument as its comments."""
-    import yaml
     from cubli_ros.design_site import PHASINGS
-    lines = [f"# Cubli rover, design rule {made.rule}: g = {site.gravity:g} m/s^2, ground tilt {site.tilt:g} rad, friction "
-             f"{site.friction:g},", f"# disturbance {site.disturbance:g} rad/s^2 at {site.frequency:g} rad/s, axes {site.phasing}, "
-             f"{rover.model} inertia."]
+    lines = [f"# Cubli rover, design rule {made.rule}: g = {site.gravity:g} m/s^2, ground tilt {site.tilt:g} rad, "
+             f"friction {site.friction:g},", f"# disturbance {site.disturbance:g} rad/s^2 at {site.frequency:g} rad/s, "
+             f"axes {site.phasing}, {rover.model} inertia."]
     lines += [f"# {sentence}" for sentence in made.argument]
     lines += [f"# {name}: {value:.4g}" for name, value in _facts(made).items()]
     lines += [f"# WARNING: {sentence}" for sentence in made.warnings]
     controller = {"rate_hz": made.rate_hz, **made.parameters}
     inertia = made.parameters["inertia"]
-    monitor = {"gravity": float(site.gravity), "friction": float(site.friction), "tilt": float(site.tilt), "inertia": inertia}
+    monitor = {"gravity": float(site.gravity), "friction": float(site.friction), "tilt": float(site.tilt),
+               "inertia": inertia}
     truth = {"gravity": float(site.gravity), "initial_angles": [float(angle) for angle in rover.start],
              "disturbance_amplitude": [float(site.disturbance)] * 3, "disturbance_frequency": float(site.frequency),
              "disturbance_phase": list(PHASINGS[site.phasing])}
     sections = {"/**/controller": controller, "/**/appc_controller": controller, "/**/monitor": monitor,
                 "/**/jump_monitor": monitor, "/**/plant": truth}
-    plain = yaml.SafeDumper
-    plain.ignore_aliases = lambda *_: True  # the readers of ROS parameter files know no anchors
     for name, values in sections.items():
         if name == "/**/plant":
             lines.append("# the case that the design is for, as a simulation has it")
-        lines.append(yaml.dump({name: {"ros__parameters": values}}, Dumper=plain, sort_keys=False,
+        lines.append(yaml.dump({name: {"ros__parameters": values}}, Dumper=_Dumper, sort_keys=False,
                                default_flow_style=None, width=110).rstrip())
     return "\n".join(lines) + "\n"
+
+
+class _Dumper(yaml.SafeDumper):
+    """Without anchors, which the readers of ROS parameter files do not know."""
+
+    def ignore_aliases(self, data):
+        return True
 
 
 def _facts(made):

@@ -43,7 +43,8 @@ def sweep(
     began = time.perf_counter()
     with steps(f"sweep of {prepared.scenario.name}", not as_json) as advance:
         try:
-            rows = sweeps.run_sweep(prepared, folder, runs, jobs, resume, lambda done, total: advance(done, total, "runs"))
+            rows = sweeps.run_sweep(prepared, folder, runs, jobs, resume,
+                                    lambda done, total: advance(done, total, "runs"))
         except KeyboardInterrupt:
             raise FlightError(f"interrupted; the runs up to here are in {folder / sweeps.TABLE}; "
                               f"continue with --resume --out {folder}") from None

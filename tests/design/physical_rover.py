@@ -12,7 +12,7 @@ from cubli_ros import jump_condition
 from cubli_ros.attitude import cardan_from_quaternion, invert_3x3, quaternion_from_cardan, quaternion_to_body
 from flight_graph.component import Component
 from flight_graph.kernel import kernel
-from flight_graph.records import Array, State, Vec3
+from flight_graph.records import Array, State, Vec3, field
 from flight_graph.timebase import SECOND
 from msg_schemas import cubli
 from msg_schemas.qos import Role
@@ -25,6 +25,10 @@ CONTACT = named_vector("cubli/contact", "cubli_base", {
     "normal": Quantity(None, "1", "normal force in m g, under the torque of the interval that ends now"),
     "friction": Quantity(None, "1", "friction ratio at that time"),
 }, Role.TRUTH)
+
+
+class RoverParameters(CubliPlantParameters):
+    tilt: float = field(0.0, unit="rad", ge=0, lt=1.5, doc="of the ground; contact is judged on its worst side")
 
 
 class RoverState(State):
@@ -86,20 +90,44 @@ def update(t_ns, p, x, command):
                                   p.wheel_inertia, x.slope)
     x.body_gravity[0], x.body_gravity[1], x.body_gravity[2] = quaternion_to_body(
         x.motion, x.gravity[0], x.gravity[1], x.gravity[2])
-    for i in range(3):
-        x.up[i] = -x.body_gravity[i] / p.gravity
-    x.normal, _, x.friction = jump_condition.contact(
-        x.motion[4:7], x.slope[4:7], x.body_gravity, x.up, p.length)
+    touch(p, x)
     substeps = int(math.ceil(p.period / p.largest_step - 1e-9))
     cubli_dynamics.physical_step(x.motion, t, p.period, substeps, x.torque, x.amplitude, p.disturbance_frequency,
                                  p.disturbance_phase, x.gravity, p.mass, p.length, x.corner_inertia, x.inverse,
                                  p.wheel_inertia, x.work)
 
 
+@kernel
+def touch(p, x):
+    """Least normal force and largest friction ratio over twelve sides of the slope."""
+    x.normal = 1e9
+    x.friction = 0.0
+    sides = 12 if p.tilt > 0.0 else 1
+    norm = math.sqrt(x.body_gravity[0] ** 2 + x.body_gravity[1] ** 2)
+    for side in range(sides):
+        for i in range(3):
+            x.up[i] = -x.body_gravity[i] / p.gravity
+        if sides > 1:
+            a = math.sin(p.tilt) * math.cos(2.0 * math.pi * side / sides)
+            b = math.sin(p.tilt) * math.sin(2.0 * math.pi * side / sides)
+            # two directions across "up": (up_y, -up_x, 0) / n and the cross product of "up" with it
+            e_x = x.up[1] * p.gravity / norm
+            e_y = -x.up[0] * p.gravity / norm
+            n_x = -x.up[2] * e_y
+            n_y = x.up[2] * e_x
+            n_z = x.up[0] * e_y - x.up[1] * e_x
+            x.up[0] = math.cos(p.tilt) * x.up[0] + a * e_x + b * n_x
+            x.up[1] = math.cos(p.tilt) * x.up[1] + a * e_y + b * n_y
+            x.up[2] = math.cos(p.tilt) * x.up[2] + b * n_z
+        normal, _, friction = jump_condition.contact(x.motion[4:7], x.slope[4:7], x.body_gravity, x.up, p.length)
+        x.normal = min(x.normal, normal)
+        x.friction = max(x.friction, friction)
+
+
 class PhysicalRover(Component):
     """The Cubli rover with its true inertia and wheels, always on its corner."""
 
-    parameters, state = CubliPlantParameters, RoverState
+    parameters, state = RoverParameters, RoverState
     inputs = {"command": cubli.COMMAND}
     outputs = {"truth": cubli.TRUTH, "attitude": cubli.TRUTH_ATTITUDE, "contact": CONTACT}
     start, output, update = start, output, update
