@@ -4,7 +4,7 @@
 
     title: Adaptive prescribed performance control of a Cubli rover
     source: Aerospace 2022, 9(11), 728
-    runs:                                  # named runs that several rows use
+    runs:                                  # named runs that several rows use, see `flight_graph.claim_runs`
       printed: {scenario: cubli_asteroid_paper}
       hanging: {scenario: cubli_asteroid_paper, set: {plant.gravity_sign: -1, controller.gravity_sign: -1}}
     claims:
@@ -14,20 +14,19 @@
         values: {standing: printed.xi_a_max, hanging: hanging.xi_a_max}     # or value: printed.xi_a_max
         relation: {below: 1.0}             # below, above, near: [number, tolerance], between: [low, high], is: value
         expect: holds                      # holds, does not hold, depends
+        estimated: sensed.xi_a_max         # the same with estimated instead of true state (may be left out) ...
+        estimated_expect: holds            # ... and what was found there (default: as above)
         because: One sentence.
 
-A value is an arithmetic expression over ``run.metric`` (numbers, + - * /, comparisons, and/or/not, abs, min, max); null
-metrics are ``None``. A row holds when the relation holds for all values, does not hold when it holds for none, and
-depends otherwise. ``expect`` is what was found when the row was written: a row whose verdict has changed is marked, and
-the command's exit status says so. A row may name ``check: module:function`` instead of values and relation, for what
-is no metric of a run: function() returns (holds, text of what was found).
+A value is an expression over ``run.metric``, see `flight_graph.claim_expressions`; null metrics are ``None``; a run of
+several cases gives one value for each. A row holds when the relation holds for all values, does not hold when it holds
+for none, and depends otherwise. ``expect`` is what was found when the row was written: a row whose verdict has changed
+is marked, and the command's exit status says so. A row may name ``check: module:function`` instead of values and
+relation, for what is no metric of a run: function() returns (holds, text of what was found).
 """
 
-import ast
 import importlib
 import math
-import operator
-from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
@@ -37,21 +36,16 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from flight_graph import metrics
+from flight_graph.claim_expressions import Several, evaluate, names
+from flight_graph.claim_runs import RunEntry, run_all
 from flight_graph.errors import FlightError, unknown
-from flight_graph.scenario import load
 
 HOLDS, FAILS, DEPENDS = "holds", "does not hold", "depends"
+ESTIMATED = "with estimated state"
 
 
 class _Strict(BaseModel):
     model_config = ConfigDict(extra="forbid")
-
-
-class RunEntry(_Strict):
-    """A run that rows refer to."""
-
-    scenario: str
-    set: dict[str, Any] = Field(default_factory=dict)
 
 
 class Relation(_Strict):
@@ -107,6 +101,8 @@ class Claim(_Strict):
     relation: Relation | None = None
     check: str | None = None
     expect: Literal["holds", "does not hold", "depends"]
+    estimated: str | None = None
+    estimated_expect: Literal["holds", "does not hold", "depends"] | None = None
     because: str
 
     @model_validator(mode="after")
@@ -114,11 +110,19 @@ class Claim(_Strict):
         given = [self.value is not None, self.values is not None, self.check is not None]
         if sum(given) != 1 or (self.check is None) != (self.relation is not None):
             raise ValueError("a claim has either value or values with a relation, or a check")
+        if self.estimated and self.check is not None:
+            raise ValueError("a check has no estimated value")
         return self
 
     @property
     def expressions(self) -> dict[str, str]:
         return self.values or ({"": self.value} if self.value else {})
+
+    @property
+    def runs(self) -> set[str]:
+        """The runs that the row needs."""
+        estimated = [self.estimated] if self.estimated else []
+        return {name for expression in [*self.expressions.values(), *estimated] for name in names(expression)}
 
 
 class ClaimsFile(_Strict):
@@ -133,22 +137,31 @@ class ClaimsFile(_Strict):
 
 @dataclass
 class Row:
-    """A judged claim. found: label -> value."""
+    """A judged claim. found: label -> value; met: label -> whether the relation holds there.
+
+    estimated, estimated_verdict: value and verdict with estimated state, None where the row does not ask.
+    """
 
     claim: Claim
     verdict: str
     found: dict = field(default_factory=dict)
+    met: dict = field(default_factory=dict)
+    estimated: Any = None
+    estimated_verdict: str | None = None
 
     @property
     def as_expected(self) -> bool:
-        return self.verdict == self.claim.expect
+        claim = self.claim
+        return self.verdict == claim.expect and (
+            self.estimated_verdict is None or self.estimated_verdict == (claim.estimated_expect or claim.expect))
 
     def plain(self, paper: str) -> dict:
         """The row for a machine."""
         claim = self.claim
         return {"paper": paper, "id": claim.id, "where": claim.where, "says": claim.says,
                 "relation": claim.relation.text if claim.relation else "check", "found": self.found,
-                "verdict": self.verdict, "expected": claim.expect, "because": claim.because}
+                "verdict": self.verdict, "expected": claim.expect, "estimated": self.estimated,
+                "estimated_verdict": self.estimated_verdict, "because": claim.because}
 
 
 def papers() -> dict[str, Path]:
@@ -173,10 +186,9 @@ def read(paper: str) -> ClaimsFile:
     if twice:
         raise FlightError(f"claims of {paper}: the id {twice[0]} stands twice")
     for claim in found.claims:
-        for expression in claim.expressions.values():
-            for name in names(expression):
-                if name not in found.runs:
-                    raise unknown("run", name, found.runs, f"claims of {paper}: {claim.id}")
+        for name in claim.runs:
+            if name not in found.runs:
+                raise unknown("run", name, found.runs, f"claims of {paper}: {claim.id}")
     return found
 
 
@@ -187,7 +199,7 @@ def judge(paper: str, jobs: int = 2, only: list[str] | None = None, progress=Non
     for name in only or []:
         if name not in [claim.id for claim in content.claims]:
             raise unknown("claim", name, [claim.id for claim in content.claims], paper)
-    needed = {name for claim in claims for expression in claim.expressions.values() for name in names(expression)}
+    needed = set().union(*(claim.runs for claim in claims))
     results = run_all({name: entry for name, entry in content.runs.items() if name in needed}, jobs, progress)
     return [_row(claim, results) for claim in claims]
 
@@ -195,96 +207,40 @@ def judge(paper: str, jobs: int = 2, only: list[str] | None = None, progress=Non
 def judge_run(paper: str, scenario: str, found: dict) -> list[Row]:
     """The rows that one run of an unchanged scenario can judge, from its metrics ``found``."""
     content = read(paper)
-    results = {name: found for name, entry in content.runs.items() if entry.scenario == scenario and not entry.set}
+    results = {name: found for name, entry in content.runs.items() if entry.scenario == scenario and entry.is_plain}
     rows = []
     for claim in content.claims:
-        mine = {label: text for label, text in claim.expressions.items() if names(text) and names(text) <= set(results)}
+        asked = {**claim.expressions, **({ESTIMATED: claim.estimated} if claim.estimated else {})}
+        mine = {label: text for label, text in asked.items() if names(text) and names(text) <= set(results)}
         if mine:
-            rows.append(_row(claim.model_copy(update={"value": None, "values": mine}), results))
+            rows.append(_row(claim.model_copy(update={"value": None, "values": mine, "estimated": None}), results))
     return rows
-
-
-def run_all(entries: dict[str, RunEntry], jobs: int, progress=None) -> dict[str, dict]:
-    """Metrics of each named run; runs that are the same are made once."""
-    from flight_graph.runs import simulate
-    scenarios = {name: load(entry.scenario, entry.set) for name, entry in entries.items()}
-    same = {}
-    for name, entry in entries.items():
-        same.setdefault((entry.scenario, repr(sorted(entry.set.items()))), []).append(name)
-    results, done = {}, 0
-    with ThreadPoolExecutor(max_workers=max(1, jobs)) as pool:
-        def one(group):
-            scenario = scenarios[group[0]]
-            return group, metrics.compute(scenario, simulate(scenario))
-        for future in as_completed([pool.submit(one, group) for group in same.values()]):
-            group, found = future.result()
-            results.update(dict.fromkeys(group, found))
-            done += 1
-            if progress:
-                progress(done, len(same), group[0])
-    return results
 
 
 def _row(claim: Claim, results) -> Row:
     if claim.check is not None:
         held, text = metrics.load(claim.check)()
         return Row(claim, HOLDS if held else FAILS, {"": text})
-    found = {label: evaluate(expression, results) for label, expression in claim.expressions.items()}
-    held = [claim.relation.holds(value) for value in found.values()]
-    return Row(claim, HOLDS if all(held) else DEPENDS if any(held) else FAILS, found)
+    found = {}
+    for label, expression in claim.expressions.items():
+        found.update(_labelled(label, evaluate(expression, results)))
+    met = {label: claim.relation.holds(value) for label, value in found.items()}
+    row = Row(claim, _verdict(met), found, met)
+    if claim.estimated:
+        row.estimated = evaluate(claim.estimated, results)
+        row.estimated_verdict = _verdict({label: claim.relation.holds(value)
+                                          for label, value in _labelled("", row.estimated).items()})
+    return row
 
 
-_BINARY = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv}
-_COMPARE = {ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge, ast.Eq: operator.eq,
-            ast.NotEq: operator.ne}
-_FUNCTIONS = {"abs": abs, "min": min, "max": max}
+def _labelled(label, value) -> dict:
+    if isinstance(value, Several):
+        return {f"{label}, {case}" if label and case else label or case: one for case, one in value.items()}
+    return {label: value}
 
 
-def names(expression: str) -> set[str]:
-    """The runs that an expression names."""
-    return {node.value.id for node in ast.walk(_parse(expression))
-            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name)}
-
-
-def evaluate(expression: str, results: dict[str, dict]):
-    """The value of an expression over run.metric; None where a metric that it needs is None."""
-    try:
-        return _value(_parse(expression).body, results, expression)
-    except TypeError:
-        return None  # arithmetic with "never"
-
-
-def _parse(expression):
-    try:
-        return ast.parse(expression, mode="eval")
-    except SyntaxError:
-        raise FlightError(f"claims: '{expression}' is no expression") from None
-
-
-def _value(node, results, text):
-    match node:
-        case ast.Constant(value=bool() | int() | float() | None):
-            return node.value
-        case ast.Attribute(value=ast.Name(id=run), attr=metric):
-            if metric not in results[run]:
-                raise unknown("metric", metric, results[run], f"claims: {text}")
-            return results[run][metric]
-        case ast.BinOp() if type(node.op) in _BINARY:
-            return _BINARY[type(node.op)](_value(node.left, results, text), _value(node.right, results, text))
-        case ast.UnaryOp(op=ast.USub()):
-            return -_value(node.operand, results, text)
-        case ast.UnaryOp(op=ast.Not()):
-            return not _value(node.operand, results, text)
-        case ast.BoolOp():
-            parts = [_value(part, results, text) for part in node.values]
-            return all(parts) if isinstance(node.op, ast.And) else any(parts)
-        case ast.Compare():
-            sides = [_value(part, results, text) for part in [node.left, *node.comparators]]
-            return all(_COMPARE[type(op)](a, b) for op, a, b in zip(node.ops, sides, sides[1:]))
-        case ast.Call(func=ast.Name(id=name)) if name in _FUNCTIONS:
-            return _FUNCTIONS[name](*[_value(part, results, text) for part in node.args])
-    raise FlightError(f"claims: '{text}': allowed are numbers, run.metric, + - * /, comparisons, and, or, not, abs, min, "
-                      "max")
+def _verdict(met):
+    return HOLDS if all(met.values()) else DEPENDS if any(met.values()) else FAILS
 
 
 def load_figures(paper: str):

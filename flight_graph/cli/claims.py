@@ -8,6 +8,8 @@ import typer
 
 from flight_graph.cli.show import console, number, steps
 
+SHOWN_VALUES = 8  # in a cell
+
 
 def register(app: typer.Typer) -> None:
     app.command(epilog="Example: flight claims appc --json")(claims)
@@ -49,13 +51,40 @@ def table(content, rows):
     """The verdicts of a paper as a table."""
     from rich.markup import escape
     from rich.table import Table
-    shown = Table("where", "claim", "found", "wanted", "verdict", "reason", title_justify="left",
-                  title=f"{content.title}\n{content.source}")
-    colours = {"holds": "green", "does not hold": "red", "depends": "yellow"}
+    judged = any(row.estimated_verdict for row in rows)
+    columns = ["where", "claim", "found", "wanted", "verdict", *(["with estimated state"] if judged else []), "reason"]
+    shown = Table(*columns, title_justify="left", title=f"{content.title}\n{content.source}")
     for row in rows:
-        found = "\n".join(f"{label}: {number(value)}" if label else number(value) for label, value in row.found.items())
         mark = "" if row.as_expected else " (changed!)"
-        shown.add_row(escape(row.claim.where), escape(row.claim.says), escape(found),
-                      escape(row.claim.relation.text if row.claim.relation else ""),
-                      f"[{colours[row.verdict]}]{row.verdict}{mark}[/]", escape(row.claim.because))
+        cells = [escape(row.claim.where), escape(row.claim.says), escape(_found(row)),
+                 escape(row.claim.relation.text if row.claim.relation else ""), _coloured(row.verdict, mark)]
+        if judged:
+            cells.append("" if row.estimated_verdict is None else
+                         f"{_coloured(row.estimated_verdict)}\n{escape(_estimated(row.estimated))}")
+        shown.add_row(*cells, escape(row.claim.because))
     return shown
+
+
+def _coloured(verdict, mark=""):
+    colour = {"holds": "green", "does not hold": "red", "depends": "yellow"}[verdict]
+    return f"[{colour}]{verdict}{mark}[/]"
+
+
+def _found(row):
+    """The values of a row; of many, the range and where the relation fails."""
+    if len(row.found) <= SHOWN_VALUES:
+        return "\n".join(f"{label}: {number(value)}" if label else number(value) for label, value in row.found.items())
+    numbers = [value for value in row.found.values() if isinstance(value, (int, float))]
+    failed = [f"{label}: {number(row.found[label])}" for label, held in row.met.items() if not held]
+    lines = [f"{sum(row.met.values())} of {len(row.found)}" + (
+        f", {number(min(numbers))} to {number(max(numbers))}" if numbers else "")]
+    if failed and len(failed) < len(row.found):
+        lines += ["not: " + failed[0], *failed[1:SHOWN_VALUES], *(["..."] if len(failed) > SHOWN_VALUES else [])]
+    return "\n".join(lines)
+
+
+def _estimated(value):
+    numbers = [one for one in value.values() if one is not None] if isinstance(value, dict) else None
+    if numbers is None:
+        return number(value)
+    return f"{number(min(numbers))} to {number(max(numbers))} ({len(value)} runs)" if numbers else "never"

@@ -12,6 +12,7 @@ torque_peak         largest |u_i| [N m];  effort: integral of u.u dt, all axes [
 normal_force_min    smallest normal force in m g, from true state, torque and disturbance; negative: contact is lost
 friction_ratio_max  largest ratio of tangential to normal force (1e6 where contact is lost)
 wheel_speed_max     largest wheel speed [rad/s];  limit_eq9: the rate limit of eq. (9) [rad/s]
+nees_10s, nis_mean  consistency of the attitude filter, see `papers.appc.consistency`
 lift_first_s, ...   first and last time of a negative normal force or flight, and of |omega| above the limit of eq. (9)
 =================== ==================================================================================================
 
@@ -34,6 +35,7 @@ import numpy as np
 from cubli_ros import jump_condition
 from cubli_ros.attitude import diagonal_torque, to_body
 from flight_graph.kernel import plain
+from papers.appc.consistency import filter_consistency
 
 SETTLED = 0.008  # [rad]
 TRUTH, COMMAND, FUNNEL, CONTACT = "cubli/truth", "cubli/wheel_command", "cubli/funnel", "cubli/truth/contact"
@@ -84,6 +86,7 @@ def compute(scenario, signals) -> dict:
     result["slip_time_s"] = float((friction_ratio > values.get("friction", 0.6)).mean() * (t[-1] - t[0]))
     if CONTACT in signals:
         result.update(contact_metrics(contact, values, scenario))
+    result.update(filter_consistency(scenario, signals, seconds))
     return result
 
 
@@ -134,6 +137,7 @@ def funnel_maxima(signals) -> dict:
         for axis, name in enumerate("xyz"):
             found[f"{gain}_{name}"] = float(funnel[gain][-1, axis])
     found["rearmed"] = float(funnel["rearmed"][-1])
+    found["samples_outside"] = float(funnel["outside"][-1])
     return found
 
 
