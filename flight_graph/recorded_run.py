@@ -50,15 +50,16 @@ class RecordedRun:
         """The recorded topics (of one node), in the order of the schedule."""
         return [topic for topic in recorded_topics(self.scenario) if node in (None, topic.node)]
 
-    def shortened(self, duration_ns: int) -> Scenario:
-        """The scenario, ended earlier."""
-        data = self.scenario.file.model_dump(by_alias=True, exclude_none=True)
-        return Scenario({**data, "duration_s": duration_ns / 1e9}, self.scenario.origin)
-
     def changes_sentence(self) -> str:
         """What differs between the machine that made the bag and this one."""
         return "versions differ: " + ", ".join(
             f"{name} {then} in the bag, {now} here" for name, (then, now) in self.changed.items())
+
+
+def shortened(scenario: Scenario, duration_ns: int) -> Scenario:
+    """The scenario, ended earlier."""
+    data = scenario.file.model_dump(by_alias=True, exclude_none=True)
+    return Scenario({**data, "duration_s": duration_ns / 1e9}, scenario.origin)
 
 
 def open_recorded(path, trust: bool = False) -> RecordedRun:

@@ -16,7 +16,7 @@ from flight_graph.comparison import TOLERANCE, Comparison, compare, write_topics
 from flight_graph.compiled import fault_sentence, nonfinite_sentence
 from flight_graph.errors import FlightError, unknown
 from flight_graph.graph import Node
-from flight_graph.recorded_run import RecordedRun, open_recorded
+from flight_graph.recorded_run import RecordedRun, open_recorded, shortened
 from flight_graph.recording import RecordedTopic, payloads
 from flight_graph.scenario import Scenario
 from flight_graph.timebase import SECOND, stamp_parts
@@ -86,7 +86,7 @@ def replay(path, component: str, engine: str = "compiled", settings: dict | None
         if engine == "ros":
             from flight_graph.ros import replay_launcher
             again, firings, stopped = replay_launcher.run(
-                run.bag.path, scenario.shortened(end_ns), component, answers, folder, progress)
+                run.bag.path, shortened(scenario, end_ns), component, answers, folder, progress)
         else:
             again, firings, stopped = _in_process(scenario, node, inputs, answers, end_ns, folder / "again", progress)
         recorded = _until(run, answers, again, end_ns, folder / "recorded")

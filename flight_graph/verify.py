@@ -8,7 +8,7 @@ import numpy as np
 from flight_graph.comparison import NOT_COMPARED, TOLERANCE, Comparison, compare, write_topics
 from flight_graph.compiled import CompiledRun, Recording
 from flight_graph.errors import FlightError, RunStopped
-from flight_graph.recorded_run import RecordedRun, open_recorded
+from flight_graph.recorded_run import RecordedRun, open_recorded, shortened
 from flight_graph.recording import payloads
 
 
@@ -53,13 +53,13 @@ def _again(run: RecordedRun, progress, compiling) -> tuple[Recording | None, str
     if scenario is None:
         if not run.recorded_until_ns:
             return None, ""
-        scenario = run.shortened(run.recorded_until_ns)
+        scenario = shortened(run.scenario, run.recorded_until_ns)
     try:
         return _run(scenario, progress, compiling), ""
     except RunStopped as stop:
         if stop.t_ns == 0:
             return None, str(stop)
-        return _run(run.shortened(stop.t_ns), progress, compiling), str(stop)
+        return _run(shortened(run.scenario, stop.t_ns), progress, compiling), str(stop)
 
 
 def _run(scenario, progress, compiling):

@@ -72,14 +72,14 @@ def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float 
     progress(seconds simulated) is called about once a simulated second. KeyboardInterrupt ends the nodes, closes the
     bag, and goes on to the caller.
     """
-    _refuse(scenario)
+    refuse(scenario)
     shared_memory.clean()
     with tempfile.TemporaryDirectory(prefix="flight_") as work:
         specs = _specs(scenario, Path(work), Path(folder).absolute(), pace, factor, timeout_s)
-        return _Launch(specs, RosRun(Path(folder)), pace == "lockstep", progress).run()
+        return Launch(specs, RosRun(Path(folder)), pace == "lockstep", progress).run()
 
 
-class _Launch:
+class Launch:
     """The life of the nodes of one run."""
 
     def __init__(self, specs, result, lockstep, progress):
@@ -197,7 +197,8 @@ def _clock_master(graph) -> str:
     return next(iter(graph.nodes))
 
 
-def _refuse(scenario):
+def refuse(scenario: Scenario) -> None:
+    """Refuse a scenario or a machine that the ros engine cannot serve."""
     import importlib.util
     if scenario.file.only and scenario.file.only.engine != "ros":
         raise FlightError(f"{scenario.name} runs in the {scenario.file.only.engine} engine only: "

@@ -1,7 +1,7 @@
 """Starts the nodes of a graph quickly: one process imports everything once, and forks one child per node.
 
 Run as ``python -m flight_graph.ros.spawner`` with a JSON list on standard input: {"name", "use", "arguments"} each (``use``
-is a component or "recorder"). Events are JSON lines on standard output: {"node", "pid"}, what nodes announce, and
+is a component or one of PROGRAMS). Events are JSON lines on standard output: {"node", "pid"}, what nodes announce, and
 {"node", "exit"}. The children get SIGTERM when this process dies, this process when its starter dies.
 """
 
@@ -16,6 +16,8 @@ import warnings
 
 _PR_SET_PDEATHSIG = 1
 _PR_SET_NAME = 15
+PROGRAMS = {"recorder": "flight_graph.ros.recorder_node:run_recorder",
+            "replayer": "flight_graph.ros.replay_runner:run_replayer"}
 
 
 def die_with_parent() -> None:
@@ -58,7 +60,7 @@ def _import_once(specs):
     from flight_graph.ros import entry, lockstep, node, ports, realtime, recorder, recorder_node  # noqa: F401
     types = {"rosgraph_msgs/msg/Clock"}
     for spec in specs:
-        if spec["use"] != "recorder":
+        if spec["use"] not in PROGRAMS:
             component = registry.component(spec["use"])
             types |= {signal_.type_name for signal_ in [*component.inputs.values(), *component.outputs.values()]}
     for type_name in types:
@@ -72,9 +74,9 @@ def _child(spec) -> int:
     name_process(spec["name"])
     announce = _announce(spec["name"])
     try:
-        if spec["use"] == "recorder":
-            from flight_graph.ros.recorder_node import run_recorder
-            return run_recorder(spec["arguments"], announce)
+        if spec["use"] in PROGRAMS:
+            module, _, function = PROGRAMS[spec["use"]].partition(":")
+            return getattr(importlib.import_module(module), function)(spec["arguments"], announce)
         from flight_graph.ros.entry import run_component
         return run_component(spec["use"], spec["name"], spec["arguments"], announce)
     except Exception as error:  # a defect, not a user's mistake: tell it whole

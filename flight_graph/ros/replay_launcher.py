@@ -1,0 +1,40 @@
+"""Starts one component as the ROS node it is in the graph, and the replayer as everything else."""
+
+import tempfile
+from pathlib import Path
+
+import yaml
+
+from flight_graph.bag.reader import Bag, read_bag
+from flight_graph.ros import launcher
+from flight_graph.scenario import Scenario
+
+REPLAYER = "replayer"
+
+
+def run(bag_path, scenario: Scenario, component: str, answers: list, folder: Path, progress=None,
+        timeout_s: float = 60.0) -> tuple[Bag, int, str]:
+    """Replay one component of a recorded scenario over ROS topics. Raises FlightError.
+
+    scenario: with changed parameters, ended where the inputs end. answers: the recorded topics to collect.
+    Returns (bag of the answers, firings, "").
+    """
+    launcher.refuse(scenario)
+    values = launcher.node_parameters(scenario, "lockstep", 1.0, timeout_s)[component]
+    plain = {topic.port for topic in answers if topic.formatted is None}
+    node = scenario.graph.nodes[component]
+    values |= {"graph.clock_master": False, "graph.wait_for": [""],
+               **{f"graph.outputs.{port}.subscribers": int(port in plain) for port in node.component.outputs}}
+    out = folder / "again"
+    settings = {"bag": str(Path(bag_path).absolute()), "component": component, "end_ns": scenario.duration_ns,
+                "window_ns": values["graph.window_ns"], "timeout_s": timeout_s, "out": str(out)}
+    with tempfile.TemporaryDirectory(prefix="flight_") as work:
+        specs = [_spec(Path(work), component, node.use, values), _spec(Path(work), REPLAYER, REPLAYER, settings)]
+        result = launcher.Launch(specs, launcher.RosRun(out), True, progress).run()
+    return read_bag(out), result.outcome["firings"], ""
+
+
+def _spec(work, name, use, values):
+    path = work / f"{name}.yaml"
+    path.write_text(yaml.safe_dump({f"/**/{name}": {"ros__parameters": values}}))
+    return {"name": name, "use": use, "arguments": ["--ros-args", "-r", f"__node:={name}", "--params-file", str(path)]}

@@ -1,0 +1,162 @@
+"""The node ``replayer``: clock master of a replay. It publishes a component's recorded inputs and collects its answers."""
+
+import signal
+import struct
+import threading
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import rclpy
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+from flight_graph.comparison import write_topics
+from flight_graph.errors import FlightError
+from flight_graph.recorded_run import open_recorded
+from flight_graph.recording import formatted_payload
+from flight_graph.replay import comparable_topics, recorded_inputs
+from flight_graph.ros.node import CLOCK, CLOCK_PERIOD_NS, clock_payload
+from flight_graph.ros.ports import LoopOnly, RawPublisher, RawSubscription
+from flight_graph.ros.progress import Watch
+from flight_graph.timebase import SECOND, stamp_parts
+from msg_schemas.qos import RECORDER
+
+_PAUSE_S = 0.002  # [s] between two looks at the answers while the component works
+
+
+class Replayer:
+    """The other end of every topic of one component."""
+
+    def __init__(self, node: Node):
+        self._node = node
+        self.stopping = threading.Event()
+        self._run = open_recorded(Path(self._get("bag", "")), trust=True)  # whoever started this node has agreed
+        self._component, self._end_ns = self._get("component", ""), self._get("end_ns", 0)
+        self._timeout_s, self._window_ns = self._get("timeout_s", 30.0), self._get("window_ns", SECOND)
+        self._epoch_ns = self._run.scenario.epoch_ns
+        node.settings = SimpleNamespace(epoch_ns=self._epoch_ns)
+        graph, replayed = self._run.scenario.graph, self._run.scenario.graph.nodes[self._component]
+        self._period_ns = replayed.period_ns
+        inputs = recorded_inputs(self._run, replayed)
+        self._publishers, self._readers = {}, {}
+        for entry in inputs.values():
+            edge = replayed.inputs[entry.port]
+            sent = graph.signal(edge.node, edge.port)
+            self._readers[entry.topic] = self._readers.get(entry.topic, 0) + 1
+            if entry.topic not in self._publishers:
+                self._publishers[entry.topic] = RawPublisher(node, entry.topic, sent.type_name, sent.role.qos)
+        self._clock = None if inputs else RawPublisher(node, *CLOCK)
+        group = LoopOnly()
+        self._answers = comparable_topics(self._run, self._component)
+        self._plain = [topic for topic in self._answers if topic.formatted is None]
+        self._subscriptions = [RawSubscription(node, topic.topic, topic.type_name, RECORDER, group)
+                               for topic in self._plain]
+        self._offsets = [4 + next(offset for path, _, offset, _ in topic.signal.leaves() if path.endswith("stamp.sec"))
+                         for topic in self._plain]
+        self._taken = [([], []) for _ in self._plain]  # stamps since the epoch, payloads
+        self._watch = Watch(node, self._component, group)
+
+    def _get(self, name, default):
+        return self._node.declare_parameter(name, default).value
+
+    def replay(self, folder: Path, announce) -> int:
+        """Feed all inputs, collect all answers, write them as a bag; return the number of firings."""
+        self._wait(self._is_matched, lambda: f"the node {self._component}: it has not appeared")
+        self._wait(lambda: self._watch.read() >= 0, lambda: f"the node {self._component}: it is not ready")
+        told_ns = 0
+        for t_ns, publish, payload in self._messages():
+            self._wait(lambda: t_ns <= self._watch.read() + self._window_ns, self._where)
+            publish(payload)
+            if t_ns >= told_ns + SECOND:
+                told_ns = t_ns
+                announce({"progress": t_ns / SECOND})
+        self._wait(self._is_complete, self._where)
+        self._write(folder)
+        return -(-self._end_ns // self._period_ns)
+
+    def _messages(self):
+        """Yield (t, publish, payload) of the recorded inputs in write order; ticks of the clock where there are none."""
+        if self._clock is not None:
+            for t_ns in range(0, self._end_ns, max(self._period_ns, CLOCK_PERIOD_NS)):
+                yield t_ns, self._clock.publish, clock_payload(*stamp_parts(self._epoch_ns + t_ns))
+            yield self._end_ns, self._clock.publish, clock_payload(*stamp_parts(self._epoch_ns + self._end_ns))
+            return
+        for name, stamp_ns, payload in self._run.bag.messages([f"/{topic}" for topic in self._publishers]):
+            t_ns = stamp_ns - self._epoch_ns
+            if t_ns < self._end_ns:
+                yield t_ns, self._publishers[name.lstrip("/")].publish, payload
+
+    def _is_matched(self):
+        return (all(self._publishers[topic].subscribers() >= count for topic, count in self._readers.items())
+                and all(subscription.publishers() for subscription in self._subscriptions) and self._watch.is_matched())
+
+    def _is_complete(self):
+        return all(len(stamps) >= -(-self._end_ns // topic.period_ns)
+                   for topic, (stamps, _) in zip(self._plain, self._taken))
+
+    def _where(self):
+        return f"the answers of {self._component}; it has come to t = {max(self._watch.t_ns, 0) / SECOND:.9f} s"
+
+    def _wait(self, condition, what):
+        """Take answers until the condition holds. Raises FlightError when nothing comes for the timeout."""
+        best, deadline = None, time.monotonic() + self._timeout_s
+        self._drain()
+        while not condition():
+            if self.stopping.is_set():
+                raise FlightError("the replay was interrupted")
+            state = (self._drain(), self._watch.read())
+            if state != best:
+                best, deadline = state, time.monotonic() + self._timeout_s
+            if time.monotonic() > deadline:
+                raise FlightError(f"replayer: waited {self._timeout_s:g} s for {what()}")
+            time.sleep(_PAUSE_S)
+
+    def _drain(self) -> int:
+        for topic, subscription, offset, (stamps, payloads) in zip(
+                self._plain, self._subscriptions, self._offsets, self._taken):
+            while (message := subscription.take()) is not None:
+                sec, nanosec = struct.unpack_from("<iI", message, offset)
+                t_ns = sec * SECOND + nanosec - self._epoch_ns
+                if t_ns % topic.period_ns == 0 and t_ns < self._end_ns:
+                    stamps.append(t_ns)
+                    payloads.append(message)
+        return sum(len(stamps) for stamps, _ in self._taken)
+
+    def _write(self, folder):
+        taken = {topic.port: rows for topic, rows in zip(self._plain, self._taken)}
+        stamps, rows = [], []
+        for topic in self._answers:
+            times, messages = taken[topic.port]
+            stamps.append(np.array(times, np.int64) + self._epoch_ns)
+            rows.append(messages if topic.formatted is None else [self._format(topic, message) for message in messages])
+        write_topics(folder, self._answers, stamps, rows)
+
+    @staticmethod
+    def _format(topic, message):
+        payload, record = topic.signal.new()
+        topic.signal.receive(message, payload)
+        return formatted_payload(topic.formatted, record)
+
+
+def run_replayer(arguments: list[str], announce) -> int:
+    """Run the node; return the exit status."""
+    rclpy.init(args=["replayer", *arguments], signal_handler_options=SignalHandlerOptions.NO)
+    node = Node("replayer", start_parameter_services=False)
+    try:
+        replayer = Replayer(node)
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda *_: replayer.stopping.set())
+        out = Path(node.declare_parameter("out", "").value)
+        firings = replayer.replay(out, announce)
+        announce({"recorded": {"firings": firings}, "bag": str(out)})
+        while not replayer.stopping.wait(0.05):
+            pass
+        return 0
+    except FlightError as error:
+        announce({"error": str(error)})
+        return 1
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
