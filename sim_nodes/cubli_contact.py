@@ -141,24 +141,19 @@ def moving_step(state, time, h, body, torque, amplitude, frequency, phase, slidi
     total = work[1]
     trial = work[2]
     push = work[3]
-    disturbance(time, amplitude, frequency, phase, push)
-    moving_rates(state, body, torque, push, sliding, normal, slide, quaternion, slope)
     for i in range(16):
-        total[i] = slope[i]
-        trial[i] = state[i] + 0.5 * h * slope[i]
-    disturbance(time + 0.5 * h, amplitude, frequency, phase, push)
-    moving_rates(trial, body, torque, push, sliding, normal, slide, quaternion, slope)
+        total[i] = 0.0
+        trial[i] = state[i]
+    for stage in range(4):
+        inner = stage == 1 or stage == 2
+        part = 0.5 * h if stage < 2 else h  # to the next stage
+        disturbance(time + (0.5 * h if inner else h * (stage // 3)), amplitude, frequency, phase, push)
+        moving_rates(trial, body, torque, push, sliding, normal, slide, quaternion, slope)
+        for i in range(16):
+            total[i] += (2.0 if inner else 1.0) * slope[i]
+            trial[i] = state[i] + part * slope[i]
     for i in range(16):
-        total[i] += 2.0 * slope[i]
-        trial[i] = state[i] + 0.5 * h * slope[i]
-    moving_rates(trial, body, torque, push, sliding, normal, slide, quaternion, slope)
-    for i in range(16):
-        total[i] += 2.0 * slope[i]
-        trial[i] = state[i] + h * slope[i]
-    disturbance(time + h, amplitude, frequency, phase, push)
-    moving_rates(trial, body, torque, push, sliding, normal, slide, quaternion, slope)
-    for i in range(16):
-        state[i] += h / 6.0 * (total[i] + slope[i])
+        state[i] += h / 6.0 * total[i]
     quaternion_normalise(state)
 
 
