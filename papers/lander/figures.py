@@ -1,0 +1,198 @@
+"""Figures of the landing, drawn from recorded signals; nothing needs a display."""
+
+from pathlib import Path
+
+import numpy as np
+
+from papers.lander.metrics import seconds
+
+COLOURS = ("#0b6e99", "#c0392b", "#2e8b57")
+GREY = "0.45"
+
+
+def pyplot():
+    """matplotlib.pyplot on a backend that writes files only."""
+    import matplotlib
+    matplotlib.use("Agg")
+    from matplotlib import pyplot as found
+    return found
+
+
+def save(figure, path) -> Path:
+    """Write a figure, close it, and return where it is."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=110)
+    pyplot().close(figure)
+    return path
+
+
+def flight(scenario, signals, topic):
+    """Time [s] and records of a topic up to the contact."""
+    records = signals[topic]
+    t = seconds(records, scenario)
+    last = signals["lander/truth/summary"][-1]
+    end = float(last["time"]) if last["landed"] else np.inf
+    return t[t <= end], records[t <= end]
+
+
+def overview(scenario, signals, path) -> Path:
+    """Path over the keep-out funnel, clearance, line of sight, errors, velocities, wrench, potential, as one PNG."""
+    plt = pyplot()
+    figure = plt.figure(figsize=(15.0, 11.0), layout="constrained")
+    draw_path(figure.add_subplot(3, 3, 1, projection="3d"), scenario, signals)
+    panels = [figure.add_subplot(3, 3, place) for place in range(2, 10)]
+    draw_constraints(panels[0], panels[1], scenario, signals)
+    draw_errors(panels[2], panels[3], scenario, signals)
+    draw_velocities(panels[4], scenario, signals)
+    draw_wrench(panels[5], panels[6], scenario, signals)
+    draw_potential(panels[7], scenario, signals)
+    for panel in panels:
+        panel.grid(alpha=0.25)
+        panel.set_xlabel("time [s]")
+    figure.suptitle(f"{scenario.file.title} ({scenario.name})")
+    return save(figure, path)
+
+
+def draw_path(panel, scenario, signals):
+    """The path in D over the surface d = 0."""
+    _, truth = flight(scenario, signals, "lander/truth")
+    values = scenario.graph.nodes["plant"].values
+    x, y, z = truth["site_position"].T
+    reach = 1.1 * max(np.abs(x).max(), np.abs(y).max())
+    grid_x, grid_y = np.meshgrid(np.linspace(-reach, 0.4 * reach, 60), np.linspace(-0.6 * reach, 0.7 * reach, 60))
+    panel.plot_surface(grid_x, grid_y, keep_out(values, grid_x, grid_y), color="#c9b79c", alpha=0.45, linewidth=0)
+    panel.plot(x, y, z, color=COLOURS[0], lw=1.8)
+    panel.plot(x, y, keep_out(values, x, y), color=COLOURS[1], lw=0.9, ls="--")
+    panel.scatter([0.0], [0.0], [0.0], color="k", s=18)
+    panel.set(title="Path over the keep-out funnel", xlabel="x east [m]", ylabel="y [m]", zlabel="z [m]")
+
+
+def keep_out(values, x, y):
+    """Height [m] of the surface d = 0 in D."""
+    rho_2 = values["funnel_rho_0"] ** 2
+    return ((values["funnel_alpha"] * (x * x + values["funnel_beta"] * y * y + rho_2)) ** values["funnel_gamma"]
+            - (values["funnel_alpha"] * rho_2) ** values["funnel_gamma"] - values["funnel_z_0"])
+
+
+def draw_constraints(clearance, view, scenario, signals):
+    """Clearance against 0 and line of sight against the cone."""
+    t, truth = flight(scenario, signals, "lander/truth")
+    distance = np.linalg.norm(truth["site_position"], axis=1)
+    clearance.plot(t, truth["clearance"], color=COLOURS[0])
+    clearance.axhline(0.0, color="k", ls="--", lw=1.0)
+    clearance.set(title="Clearance d over the keep-out funnel (limit dashed)", ylabel="d [m]")
+    degrees = np.degrees(truth["view_angle"])
+    far = distance > scenario.graph.nodes["plant"].values["view_range"]
+    view.plot(t, np.where(far, degrees, np.nan), color=COLOURS[0])
+    view.axhline(np.degrees(scenario.graph.nodes["plant"].values["view_half_angle"]), color="k", ls="--", lw=1.0)
+    view.set(title="Line of sight to the site, |r| > 5 m (limit dashed)", ylabel="angle [deg]")
+
+
+def draw_errors(position, attitude, scenario, signals):
+    """Distance per axis, and the angle to the goal's attitude."""
+    t, truth = flight(scenario, signals, "lander/truth")
+    for axis, name in enumerate("xyz"):
+        position.plot(t, truth["site_position"][:, axis], color=COLOURS[axis], label=f"{name} (D)")
+    position.legend(frameon=False)
+    position.set(title="Position error", ylabel="r [m]")
+    turn = 2.0 * np.arcsin(np.clip(np.linalg.norm(truth["attitude"][:, :3], axis=1), 0.0, 1.0))
+    attitude.semilogy(t, np.maximum(np.degrees(turn), 1e-4), color=COLOURS[0])
+    attitude.set(title="Attitude error", ylabel="angle [deg]")
+
+
+def draw_velocities(panel, scenario, signals):
+    """Speed relative to the site, and turn rate."""
+    t, truth = flight(scenario, signals, "lander/truth")
+    panel.plot(t, np.linalg.norm(truth["site_velocity"], axis=1), color=COLOURS[0], label="speed [m/s]")
+    panel.plot(t, np.degrees(np.linalg.norm(truth["rates"], axis=1)), color=COLOURS[1], label="rate [deg/s]")
+    panel.legend(frameon=False)
+    panel.set(title="Velocities relative to the site", ylabel="m/s, deg/s")
+
+
+def draw_wrench(force, torque, scenario, signals):
+    """Commanded force and torque in B."""
+    t, command = flight(scenario, signals, "lander/cmd_wrench")
+    for axis, name in enumerate("xyz"):
+        force.plot(t, command["wrench"]["force"][:, axis], color=COLOURS[axis], lw=0.9, label=name)
+        torque.plot(t, command["wrench"]["torque"][:, axis], color=COLOURS[axis], lw=0.9)
+    force.legend(frameon=False, ncols=3)
+    force.set(title="Force in B", ylabel="force [N]")
+    torque.set(title="Torque in B", ylabel="torque [N m]")
+    torque.set_xscale("symlog", linthresh=1.0)
+
+
+def draw_potential(panel, scenario, signals):
+    """Potential, Lyapunov function and how fast it falls; empty for a law without them."""
+    panel.set(title="Potential and its decay")
+    if "lander/constraints" not in signals:
+        panel.text(0.5, 0.5, "this law has no potential", ha="center", transform=panel.transAxes)
+        return
+    t, law = flight(scenario, signals, "lander/constraints")
+    panel.semilogy(t, np.maximum(law["lyapunov"], 1e-6), color=COLOURS[0], label="L [J]")
+    panel.semilogy(t, np.maximum(law["potential_terms"][:, 2], 1e-6), color=COLOURS[2], lw=0.9, label="terrain [J]")
+    panel.semilogy(t, np.maximum(-law["lyapunov_rate"], 1e-6), color=COLOURS[1], lw=0.9, label="-dL/dt [W]")
+    panel.set(ylabel="J, W", ylim=(1e-4, None))
+    panel.legend(frameon=False)
+
+
+def dispersion(scenario, signals, path) -> Path:
+    """Overview of one case of the Monte Carlo, which records its tally alone: how it went, over time."""
+    plt = pyplot()
+    t, tally = flight(scenario, signals, "lander/truth/summary")
+    figure, panels = plt.subplots(2, 2, figsize=(11.0, 7.0), layout="constrained", sharex=True)
+    for panel, (name, scale, label) in zip(panels.ravel(), (
+            ("lateral", 1.0, "lateral distance [m]"), ("speed", 1.0, "speed [m/s]"),
+            ("attitude_error", np.degrees(1.0), "attitude error [deg]"), ("delta_v", 1.0, "delta-v [m/s]"))):
+        panel.plot(t, scale * tally[name], color=COLOURS[0])
+        panel.set(ylabel=label)
+        panel.grid(alpha=0.25)
+    figure.suptitle(f"{scenario.file.title} ({scenario.name})")
+    return save(figure, path)
+
+
+def scatter(rows: dict, path) -> Path:
+    """Monte Carlo dispersion. rows: title -> list of metrics of its runs."""
+    plt = pyplot()
+    figure, panels = plt.subplots(1, 3, figsize=(15.0, 4.6), layout="constrained")
+    for colour, (title, found) in zip(COLOURS, rows.items()):
+        def column(name, found=found):
+            return [row[name] for row in found]
+        panels[0].scatter(column("lateral_m"), column("speed_mps"), s=12, color=colour, alpha=0.7, label=title)
+        panels[1].scatter(column("attitude_deg"), column("rate_dps"), s=12, color=colour, alpha=0.7)
+        panels[2].scatter(column("los_max_deg"), column("clearance_min_m"), s=12, color=colour, alpha=0.7)
+    panels[0].set(title="At contact", xlabel="lateral distance [m]", ylabel="speed [m/s]", xscale="log", yscale="log")
+    panels[0].axvline(0.5, color="k", ls="--", lw=1.0)
+    panels[0].axhline(0.1, color="k", ls="--", lw=1.0)
+    panels[1].set(title="At contact", xlabel="attitude error [deg]", ylabel="rate [deg/s]", xscale="log", yscale="log")
+    panels[1].axvline(3.0, color="k", ls="--", lw=1.0)
+    panels[1].axhline(0.2, color="k", ls="--", lw=1.0)
+    panels[2].set(title="On the way", xlabel="largest line-of-sight angle [deg]", ylabel="smallest clearance [m]")
+    panels[2].axvline(30.0, color="k", ls="--", lw=1.0)
+    panels[2].axhline(0.0, color="k", ls="--", lw=1.0)
+    panels[0].legend(frameon=False)
+    for panel in panels:
+        panel.grid(alpha=0.25)
+    return save(figure, path)
+
+
+def draw(folder, progress=None) -> list[Path]:
+    """All figures of the paper's runs, into a folder; returns the files. progress(done, total, name)."""
+    from flight_graph.runs import simulate
+    from flight_graph.scenario import load
+    from flight_graph.sweep import Sweep
+    names = ["lander_nominal", "lander_unconstrained", "lander_pd", "lander_estimated", "lander_bennu"]
+    drawn = []
+    for number, name in enumerate(names):
+        scenario = load(name)
+        drawn.append(overview(scenario, simulate(scenario), Path(folder) / f"{name}.png"))
+        if progress:
+            progress(number + 1, len(names) + 1, name)
+    rows, logs = {}, {}
+    for title, name in (("perfect", "lander_monte_carlo"), ("perturbed", "lander_monte_carlo_perturbed")):
+        sweep = Sweep(load(name))
+        rows[title] = [sweep.run(case, logs=logs).metrics for case in sweep.cases()]
+    drawn.append(scatter(rows, Path(folder) / "lander_monte_carlo.png"))
+    if progress:
+        progress(len(names) + 1, len(names) + 1, "lander_monte_carlo")
+    return drawn
