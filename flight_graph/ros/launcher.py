@@ -86,6 +86,7 @@ class Launch:
         self.result, self.lockstep, self.progress = result, lockstep, progress
         self.pids, self.error, self.master_done, self.crashed = {}, None, False, False
         self.names = [spec["name"] for spec in specs]
+        self._unborn = set(self.names)  # nodes that the spawner has not started yet
         environment = {**os.environ, "PYTHONUNBUFFERED": "1", "OPENBLAS_NUM_THREADS": "1"}  # one thread: it forks
         self.process = subprocess.Popen(
             [sys.executable, "-m", "flight_graph.ros.spawner"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
@@ -123,6 +124,7 @@ class Launch:
         name = event["node"]
         if "pid" in event:
             self.pids[name] = event["pid"]
+            self._unborn.discard(name)
         elif "error" in event:
             self.error = self.error or event["error"]
         elif "exit" in event:
@@ -143,6 +145,10 @@ class Launch:
 
     def _end_nodes(self):
         """SIGTERM to the nodes, then to the recorder, which drains and closes the bag; SIGKILL to what hangs."""
+        while self._unborn and not self._lines.empty() and (line := self._lines.get()) is not None:
+            self._event(line)
+        if self._unborn:
+            self.process.terminate()  # what it has started gets SIGTERM then
         for names in ([name for name in self.names if name != RECORDER], [RECORDER]):
             self._signal(names, signal.SIGTERM)
             self._signal(names, signal.SIGCONT)  # a stopped one wakes up and ends

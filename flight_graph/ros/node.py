@@ -174,6 +174,9 @@ class ComponentNode(LifecycleNode):
         self._refuse_second_source()
 
     def _unmatched(self) -> str | None:
+        for other, watch in self.watches.items():
+            if not watch.is_matched():
+                return f"the node {other}: it has not appeared"
         for name, port in self.inputs.items():
             source_ = self.settings.sources[name]
             if source_.period_ns and port.subscription.publishers() < 1:
@@ -183,9 +186,6 @@ class ComponentNode(LifecycleNode):
             found = port.publisher.subscribers()
             if found < wanted:
                 return f"readers of its output {name} on {port.publisher.topic}: {found} of {wanted} have appeared"
-        for other, watch in self.watches.items():
-            if not watch.is_matched():
-                return f"the node {other}: it has not appeared"
         return self.progress.unmatched()
 
     def _why_no_publisher(self, name, port):

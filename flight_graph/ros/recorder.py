@@ -140,7 +140,8 @@ def run(node, scenario: Scenario, folder: Path, settings) -> dict:
 def _wait_for_publishers(node, recorder, settings, progress):
     deadline = time.monotonic() + settings.timeout_s
     while True:
-        missing = [stream.subscription.topic for stream in recorder.streams if stream.subscription.publishers() < 1]
+        missing = [f"{stream.subscription.topic} by the node {stream.topic.node}" for stream in recorder.streams
+                   if stream.subscription.publishers() < 1]
         late = f"a publisher of {', '.join(missing)}" if missing else progress.unmatched()
         if late is None or node.should_end():
             return

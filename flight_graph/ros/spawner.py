@@ -5,6 +5,7 @@ is a component or one of PROGRAMS). Events are JSON lines on standard output: {"
 {"node", "exit"}. The children get SIGTERM when this process dies, this process when its starter dies.
 """
 
+import contextlib
 import ctypes
 import importlib
 import json
@@ -20,9 +21,11 @@ PROGRAMS = {"recorder": "flight_graph.ros.recorder_node:run_recorder",
             "replayer": "flight_graph.ros.replay_runner:run_replayer"}
 
 
-def die_with_parent() -> None:
-    """Ask the kernel for SIGTERM when the parent process ends."""
+def die_with_parent(parent: int | None = None) -> None:
+    """Ask the kernel for SIGTERM when the parent process ends; end at once when it is not ``parent`` any more."""
     ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+    if parent is not None and os.getppid() != parent:
+        os._exit(1)
 
 
 def name_process(name: str) -> None:
@@ -34,13 +37,13 @@ def main() -> int:
     die_with_parent()
     specs = json.load(sys.stdin)
     _import_once(specs)
-    children = {}
+    children, own = {}, os.getpid()
     announce = _announce("spawner")
     for spec in specs:
         with warnings.catch_warnings(action="ignore", category=DeprecationWarning):
             pid = os.fork()  # the middleware's library has started two idle threads; the children need neither
         if pid == 0:
-            return _child(spec)  # an ordinary exit: the middleware removes its shared memory then
+            return _child(spec, own)  # an ordinary exit: the middleware removes its shared memory then
         children[pid] = spec["name"]
         announce({"node": spec["name"], "pid": pid})
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -69,8 +72,8 @@ def _import_once(specs):
     importlib.import_module("rclpy.lifecycle")
 
 
-def _child(spec) -> int:
-    die_with_parent()
+def _child(spec, parent) -> int:
+    die_with_parent(parent)
     name_process(spec["name"])
     announce = _announce(spec["name"])
     try:
@@ -90,7 +93,8 @@ def _child(spec) -> int:
 
 def _announce(name):
     def announce(event):
-        os.write(1, (json.dumps({"node": name, **event}) + "\n").encode())
+        with contextlib.suppress(BrokenPipeError):  # the starter has been killed
+            os.write(1, (json.dumps({"node": name, **event}) + "\n").encode())
     return announce
 
 
