@@ -173,6 +173,7 @@ def scatter(rows: dict, path) -> Path:
     panels[0].legend(frameon=False)
     for panel in panels:
         panel.grid(alpha=0.25)
+        panel.xaxis.set_minor_formatter("")
     return save(figure, path)
 
 
