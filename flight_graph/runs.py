@@ -69,7 +69,7 @@ def execute(scenario: Scenario, engine: str = "compiled", pace: str = "lockstep"
     check_engine(scenario, engine)
     pace, factor = parse_pace(pace)
     folder = new_folder(out, scenario, engine)
-    folder.parent.mkdir(parents=True, exist_ok=True)
+    _prepare(folder.parent)
     if engine == "ros":
         return _ros(scenario, folder, pace, factor, progress)
     from numba import config
@@ -84,6 +84,16 @@ def execute(scenario: Scenario, engine: str = "compiled", pace: str = "lockstep"
     recording = run.run(progress)
     write_recording(recording, folder, engine)
     return Outcome(folder, engine, "none", recording.wall_s, recording.compile_s, metrics.compute(scenario, recording))
+
+
+def _prepare(parent: Path) -> None:
+    """Make the folder that will hold a bag, before anything runs. Raises FlightError."""
+    try:
+        parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FlightError(f"the bag cannot be written to '{parent}': {(error.strerror or str(error)).lower()}") from None
+    if not os.access(parent, os.W_OK | os.X_OK):
+        raise FlightError(f"the bag cannot be written to '{parent}': this folder is read-only")
 
 
 def simulate(scenario: Scenario):

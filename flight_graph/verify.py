@@ -75,10 +75,11 @@ def _as_bag(run: RecordedRun, recording, folder):
     topics, stamps, rows = run.topics(), [], []
     for topic in topics:
         track = tracks[topic.node, topic.port]
-        times, records = track.stamps_ns + run.scenario.epoch_ns, track.records
+        times, written = track.stamps_ns + run.scenario.epoch_ns, payloads(topic, track.records)
         if not run.complete and "/" + topic.topic in run.bag:
-            kept = np.isin(times, run.bag.stamps_ns("/" + topic.topic))
-            times, records = times[kept], records[kept]
+            kept = np.flatnonzero(np.isin(times, run.bag.stamps_ns("/" + topic.topic)))
+            times = times[kept]
+            written = written[kept] if isinstance(written, np.ndarray) else [written[i] for i in kept]
         stamps.append(times)
-        rows.append(payloads(topic, records))
+        rows.append(written)
     return write_topics(folder, topics, stamps, rows)
