@@ -218,7 +218,7 @@ def warn(rule, site, rover, parameters, margins) -> list:
                      f"{site.friction:g}); filter the rate to {allowed:.2g} rad/s or better")
     if margins["friction_disturbance_at_once"] + slope > site.friction:
         at_once = margins["friction_disturbance_at_once"] + slope
-        found.append(f"the disturbance needs a friction ratio of {at_once:.3g} before any law can answer it, the ground "
+        found.append(f"the disturbance needs a friction ratio of {at_once:.3g} before any law can answer, the ground "
                      f"gives {site.friction:g}: expect a slip when it begins")
     total = margins["friction_reference"] + margins["friction_disturbance_held"]
     if rule != "A" and total > site.friction:

@@ -15,7 +15,8 @@ import numba
 import numpy as np
 
 from flight_graph.graph import Graph
-from flight_graph.kernel import fingerprint
+from flight_graph.kernel import fingerprint, plain
+from flight_graph.registry import PACKAGES
 from msg_schemas.signal import Signal
 
 NONFINITE = 1  # control[STOP] codes
@@ -52,7 +53,7 @@ def load(text: str, functions: list, name: str):
 
 def _load(text, functions, name):
     key = hashlib.sha256("\n".join([
-        text, fingerprint(*functions), numba.__version__, np.__version__, sys.version.split()[0],
+        text, fingerprint(*functions), *_loose(functions), numba.__version__, np.__version__, sys.version.split()[0],
     ]).encode()).hexdigest()[:24]
     module_name = f"{name}_{key}"
     if module_name in sys.modules:
@@ -67,6 +68,13 @@ def _load(text, functions, name):
     sys.modules[module_name] = module
     spec.loader.exec_module(module)
     return module
+
+
+def _loose(functions):
+    """Names of modules from outside of the packages: one file may be imported under several, and machine code remembers
+    the name its module had."""
+    modules = {plain(function).__module__ for function in functions}
+    return sorted(name for name in modules if name.partition(".")[0] not in (*PACKAGES, "flight_graph"))
 
 
 def is_cached(module) -> bool:

@@ -33,6 +33,7 @@ from flight_graph.errors import FlightError, unknown
 
 TOP_LEVEL = ("seed", "duration_s")
 Numbers = float | list[float]
+_ALTERNATIVES = ("Spaced",)
 
 
 class _Strict(BaseModel):
@@ -277,12 +278,14 @@ def _finite(value):
 
 
 def _sentence(error: ValidationError) -> str:
-    models = ("Spaced", "Distribution", "Cone")
-    first = max(error.errors(), key=lambda e: (len([p for p in e["loc"] if p in models]), -len(e["loc"])))
-    kinds = {"float", "list[float]", "list[any]", "tuple[float, float]", *models}
-    where = ".".join(["vary", *(str(part) for part in first["loc"] if part not in kinds)])
+    def depth(found):  # of two readings of one value (a list, or a Spaced), the one that it was meant to be
+        return sum(any(name in str(part) for name in _ALTERNATIVES) for part in found["loc"]), -len(found["loc"])
+
+    first = max(error.errors(), key=depth)
+    where = ".".join(["vary", *(str(part) for part in first["loc"] if "[" not in str(part) and part not in _ALTERNATIVES
+                                and part != "float")])
     if first["type"] == "extra_forbidden":
-        model = VaryFile if len(first["loc"]) == 1 else Spaced if "Spaced" in first["loc"] else (
+        model = VaryFile if len(first["loc"]) == 1 else Spaced if "Spaced" in str(first["loc"]) else (
             Cone if "cone" in first["loc"] else Distribution)
         return f"{where}: there is no such key; allowed here: {', '.join(model.model_fields)}"
     return f"{where}: {first['msg'].removeprefix('Value error, ')} (got {first['input']!r})"

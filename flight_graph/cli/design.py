@@ -88,8 +88,9 @@ def parameter_file(made, site, rover) -> str:
     truth = {"gravity": float(site.gravity), "initial_angles": [float(angle) for angle in rover.start],
              "disturbance_amplitude": [float(site.disturbance)] * 3, "disturbance_frequency": float(site.frequency),
              "disturbance_phase": list(PHASINGS[site.phasing])}
+    ground = {"friction": float(site.friction), "tilt": float(site.tilt)}
     sections = {"/**/controller": controller, "/**/appc_controller": controller, "/**/monitor": monitor,
-                "/**/jump_monitor": monitor, "/**/plant": truth}
+                "/**/jump_monitor": monitor, "/**/plant": truth, "/**/cubli_physical_plant": ground}
     for name, values in sections.items():
         if name == "/**/plant":
             lines.append("# the case that the design is for, as a simulation has it")
