@@ -220,7 +220,7 @@ def judge_run(paper: str, scenario: str, found: dict) -> list[Row]:
 def _row(claim: Claim, results) -> Row:
     if claim.check is not None:
         held, text = metrics.load(claim.check)()
-        return Row(claim, HOLDS if held else FAILS, {"": text})
+        return Row(claim, HOLDS if bool(held) else FAILS, {"": text})
     found = {}
     for label, expression in claim.expressions.items():
         found.update(_labelled(label, evaluate(expression, results)))

@@ -8,7 +8,7 @@ settling_time_s     last time any |e_a| > 0.008 rad; never settled within the ru
 overshoot_percent   largest excursion of the other sign over the initial angle, all axes
 tail_rad            largest |e_a| of the last sixth of the run
 rate_axis_max       largest |omega_i| [rad/s];  rate_norm_max: largest |omega|
-torque_peak         largest |u_i| [N m];  effort: integral of u.u dt, all axes [N^2 m^2 s]
+torque_peak         largest |u_i| [N m];  torque_late: of the last sixth;  effort: integral of u.u dt [N^2 m^2 s]
 normal_force_min    smallest normal force in m g, from true state, torque and disturbance; negative: contact is lost
 friction_ratio_max  largest ratio of tangential to normal force (1e6 where contact is lost)
 wheel_speed_max     largest wheel speed [rad/s];  limit_eq9: the rate limit of eq. (9) [rad/s]
@@ -44,6 +44,7 @@ TRUTH, COMMAND, FUNNEL, CONTACT = "cubli/truth", "cubli/wheel_command", "cubli/f
 def compute(scenario, signals) -> dict:
     """Metrics of a run: see the module's table."""
     values = scenario.graph.nodes["plant"].values
+    consistency = filter_consistency(scenario, signals, seconds)
     signals = until_decided(scenario, signals)
     truth, command = signals[TRUTH], signals[COMMAND]
     t = seconds(truth, scenario)
@@ -72,6 +73,7 @@ def compute(scenario, signals) -> dict:
         "rate_norm_max": float(norm.max()),
         "rate_across_max": float(np.sqrt(((rates - rates.mean(axis=1, keepdims=True)) ** 2).sum(axis=1)).max()),
         "torque_peak": float(np.abs(command["effort"]).max()),
+        "torque_late": float(np.abs(torque[t >= t[-1] * 5.0 / 6.0]).max()),
         "effort": effort(command, scenario, np.inf),
         "effort_20s": effort(command, scenario, 20.0),
         "normal_force_min": float(normal_force.min()),
@@ -86,7 +88,7 @@ def compute(scenario, signals) -> dict:
     result["slip_time_s"] = float((friction_ratio > values.get("friction", 0.6)).mean() * (t[-1] - t[0]))
     if CONTACT in signals:
         result.update(contact_metrics(contact, values, scenario))
-    result.update(filter_consistency(scenario, signals, seconds))
+    result.update(consistency)
     return result
 
 
