@@ -21,6 +21,7 @@ from msg_schemas.qos import Qos
 from msg_schemas.signal import ENCAPSULATION
 
 CLOCK = ("/clock", "rosgraph_msgs/msg/Clock", Qos(depth=100))
+DISCOVERY_S = 1.0  # [s] nodes of one machine find each other in less
 CLOCK_PERIOD_NS = 1_000_000  # [ns] /clock is published at most at 1 kHz
 
 
@@ -195,14 +196,27 @@ class ComponentNode(LifecycleNode):
             return f"its input {name}: {topic} carries {', '.join(others)}, this input takes {port.signal.type_name}"
         return f"its input {name} on {topic}: no publisher has appeared"
 
-    def _refuse_second_source(self):
+    def look_around(self) -> None:
+        """Before a lone clock master speaks: wait until it would have found another source of its topics."""
+        deadline = time.monotonic() + DISCOVERY_S
+        while time.monotonic() < deadline:
+            self._refuse_second_source(patient=True)
+            self.check_alive()
+            self.stopping.wait(0.05)
+        self._refuse_second_source()
+
+    def _refuse_second_source(self, patient=False):
+        own = (self.get_name(), self.get_namespace())
         for name, port in self.outputs.items():
-            others = [info for info in self.get_publishers_info_by_topic(port.publisher.topic)
-                      if (info.node_name, info.node_namespace) != (self.get_name(), self.get_namespace())]
+            found = [(info.node_name, info.node_namespace)
+                     for info in self.get_publishers_info_by_topic(port.publisher.topic)]
+            others = [other for other in found if other != own] or found[1:]  # a second one may have this node's name
+            if others and others[0][0].startswith("_NODE_NAME_UNKNOWN") and patient:
+                continue  # just appearing: its name comes a moment later
             if others:
                 raise FlightError(
                     f"{self.get_name()}.{name}: {port.publisher.topic} has a source already (node "
-                    f"{others[0].node_namespace.rstrip('/')}/{others[0].node_name}); one topic has one source")
+                    f"{others[0][1].rstrip('/')}/{others[0][0]}); one topic has one source")
 
 
 def clock_payload(sec: int, nanosec: int) -> bytes:

@@ -1,6 +1,7 @@
 """A component's declared parameters as ROS parameters: descriptors, checks, live changes."""
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
+from rclpy.exceptions import ParameterException
 
 from flight_graph.errors import FlightError
 from flight_graph.records import Entry, flat
@@ -32,7 +33,10 @@ class ComponentParameters:
         self._values, self._changed = {}, False
         for name, entry in component.parameters.entries.items():
             default = component.parameters.defaults()[name]
-            self._values[name] = node.declare_parameter(name, flat(default), descriptor(entry)).value
+            try:
+                self._values[name] = node.declare_parameter(name, flat(default), descriptor(entry)).value
+            except ParameterException as error:
+                raise FlightError(f"{node.get_name()}.{name}: {error}; allowed: {entry.range_text}") from None
         self._values = component.parameters.validate(self._values, node.get_name())
         self._values = component.resolve(self._values, node.get_name())
         component.check(self._values, node.get_name())

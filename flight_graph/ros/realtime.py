@@ -25,9 +25,10 @@ class Statistics:
     stale_commands: int = 0
     refused_messages: int = 0
     latencies_us: list = field(default_factory=list)
+    reasons: list = field(default_factory=list)  # why messages were refused
 
     def summary(self) -> dict:
-        counts = {key: value for key, value in vars(self).items() if key != "latencies_us"}
+        counts = {key: value for key, value in vars(self).items() if key != "latencies_us" and value != []}
         if self.latencies_us:
             for percent in (50, 90, 99, 100):
                 counts[f"latency_us_p{percent}"] = float(np.percentile(self.latencies_us[-100_000:], percent))
@@ -39,6 +40,8 @@ def run(node) -> None:
     node.statistics = Statistics()
     if node.settings.supervised or not node.settings.clock_master:
         node.match()
+    else:
+        node.look_around()
     node.progress.tell(0)
     node.call("start", 0)
     began = time.monotonic()
@@ -107,13 +110,20 @@ def _take(node, port, t_ns) -> bool:
     try:
         found = port.peek()
     except SignalMismatch as error:
-        node.statistics.refused_messages += 1
-        node.get_logger().error(str(error), throttle_duration_sec=5.0)
+        _refuse(node, error)
         return True
     if found is None or found > t_ns:
         return False
     port.accept()
     return True
+
+
+def _refuse(node, error):
+    """Count a message that does not fit, and say why: once for each reason."""
+    node.statistics.refused_messages += 1
+    if str(error) not in node.statistics.reasons:
+        node.statistics.reasons.append(str(error))
+        node.get_logger().error(str(error))
 
 
 def _run_follower(node):
@@ -126,8 +136,7 @@ def _run_follower(node):
         try:
             t_ns = trigger.peek()
         except SignalMismatch as error:
-            node.statistics.refused_messages += 1
-            node.get_logger().error(str(error), throttle_duration_sec=5.0)
+            _refuse(node, error)
             continue
         if t_ns is None:
             trigger.subscription.wait(SECOND)

@@ -30,14 +30,18 @@ def start(*arguments, cwd, **changes) -> subprocess.Popen:
 
 @contextmanager
 def running(*arguments, cwd, **changes):
-    """A command that runs during the block, and is killed at its end if it still does."""
+    """A command that runs during the block, and is ended at its end if it still does."""
     process = start(*arguments, cwd=cwd, **changes)
     try:
         yield process
     finally:
         if process.poll() is None:
+            process.terminate()
+        try:
+            process.communicate(timeout=20)
+        except subprocess.TimeoutExpired:
             process.kill()
-        process.communicate()
+            process.communicate()
 
 
 def finish(process, number=signal.SIGINT, timeout=30) -> tuple[int, str, str]:
