@@ -175,8 +175,15 @@ class Scenario:
 
     def _read_by(self, name, entry):
         """Names of the components whose parameters an entry reads."""
-        return set().union(*[expressions.references(value, f"{self.origin}: components.{name}.parameters.{key}")
-                             for key, value in entry.parameters.items() if expressions.is_expression(value)])
+        read = set()
+        for key, value in entry.parameters.items():
+            if expressions.is_expression(value):
+                where = f"{self.origin}: components.{name}.parameters.{key}"
+                for other in expressions.references(value, where):
+                    if other not in self.file.components:
+                        raise unknown("component", other, self.file.components, where)
+                    read.add(other)
+        return read
 
     def _node(self, name, entry, known):
         where = f"{self.origin}: components.{name}"
