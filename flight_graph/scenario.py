@@ -17,6 +17,7 @@ A parameter may follow from another component's: ``gravity: "= plant.gravity"`` 
 It is validated as a whole before anything runs; an error names the file and the key.
 """
 
+import re
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,9 @@ from flight_graph.graph import Edge, Graph, Node
 from flight_graph.noise import stream_key
 from flight_graph.timebase import J2000, SECOND, duration_ns
 from flight_graph.vary import Vary
+
+
+_TAKEN = ("recorder", "replayer")
 
 
 class _Strict(BaseModel):
@@ -97,6 +101,7 @@ class Scenario:
             self.file = ScenarioFile.model_validate(data)
         except ValidationError as error:
             raise FlightError(f"{origin}: {_first_sentence(error)}") from None
+        self._check_names()
         self.duration_ns = duration_ns(self.file.duration_s, f"{origin}: duration_s")
         self.epoch_ns = self.file.epoch_ns
         if self.epoch_ns <= 0 or (self.epoch_ns + self.duration_ns) >= 2**31 * 10**9:
@@ -215,6 +220,16 @@ class Scenario:
             connections[tuple(target.split("."))] = Edge(*source.split("."), delay)
         return connections
 
+    def _check_names(self):
+        if not self.file.components:
+            raise FlightError(f"{self.origin}: components: there is none; a graph has at least one")
+        for name in self.file.components:
+            if not re.fullmatch("[A-Za-z][A-Za-z0-9_]*", name):
+                raise FlightError(f"{self.origin}: components.{name}: this is no name of a node; allowed: a letter, then "
+                                  "letters, digits and underscores")
+            if name in _TAKEN:
+                raise FlightError(f"{self.origin}: components.{name}: this name is taken by a node of every run; take another")
+
     def _check_recorded_topics(self):
         topics = [signal.topic for _, _, signal in self.graph.outputs()]
         for topic in self.file.record.topics or []:
@@ -277,7 +292,10 @@ def override(data: dict, overrides: dict[str, Any], origin: str = "--set", folde
     (the file wrote them for the one that left), and everything else that is overridden.
     origin: where the overrides come from, for error texts. folder: where a relative component file starts.
     """
-    data = {**data, "components": {name: dict(entry or {}) for name, entry in (data.get("components") or {}).items()}}
+    components = data.get("components") or {}
+    if not isinstance(components, dict) or not all(isinstance(entry or {}, dict) for entry in components.values()):
+        return data  # the validation names the key
+    data = {**data, "components": {name: dict(entry or {}) for name, entry in components.items()}}
     for key in sorted(overrides, key=lambda key: not key.endswith(".use")):
         value = overrides[key]
         component, _, parameter = key.partition(".")
