@@ -2,8 +2,8 @@
 
     python bags/make.py [SCENARIO ...] [--again]
 
-A golden bag is recorded by the compiled engine with every parameter of its scenario and a shorter duration. A scenario
-with a ``vary`` block stands for many runs, and has none. --again replaces bags that are there already: after a change
+A golden bag is recorded by the compiled engine with every parameter of its scenario, for a shorter duration, and with
+all topics at their full rates, so that each component can be replayed. A scenario with a ``vary`` block stands for many runs, and has none. --again replaces bags that are there already: after a change
 that is meant to change the numbers, and then the commit says which one.
 """
 
@@ -29,8 +29,8 @@ def make(name: str) -> tuple[int, float]:
         for seconds in _durations(whole):
             folder = Path(work) / name
             shutil.rmtree(folder, ignore_errors=True)
-            shorter = Scenario({**scenario.file.model_dump(by_alias=True, exclude_none=True), "duration_s": seconds},
-                               scenario.origin, scenario.folder)
+            shorter = Scenario({**scenario.file.model_dump(by_alias=True, exclude_none=True), "duration_s": seconds,
+                                "record": {}}, scenario.origin, scenario.folder)
             write_recording(CompiledRun(shorter).run(), folder, "compiled")
             size = sum(file.stat().st_size for file in folder.iterdir())
             if size <= LARGEST:

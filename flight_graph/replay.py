@@ -78,7 +78,8 @@ def replay(path, component: str, engine: str = "compiled", settings: dict | None
     node = scenario.graph.nodes[component]
     inputs = recorded_inputs(run, node)
     answers = comparable_topics(run, component)
-    end_ns = min([entry.end_ns for entry in inputs.values()] + [run.recorded_until_ns])
+    known_ns = run.scenario.duration_ns if run.complete else run.recorded_until_ns
+    end_ns = min([entry.end_ns for entry in inputs.values()] + [known_ns])
     if end_ns <= 0:
         raise FlightError(f"bag '{path}': nothing can be replayed; {_first_gap(inputs) or 'it holds no messages'}")
     with tempfile.TemporaryDirectory(prefix="flight_replay_") as folder:
@@ -231,7 +232,7 @@ class _Machine:
 
 def _until(run, answers, again, end_ns, folder):
     """The recorded answers that the replay can have given again: of the same stretch of time."""
-    stamps, rows = [], []
+    answers, stamps, rows = list({topic.topic: topic for topic in answers}.values()), [], []
     for topic in answers:
         name = "/" + topic.topic
         times, written = run.bag.stamps_ns(name), run.bag.payloads(name)
@@ -254,8 +255,9 @@ def _explain(result: Comparison, run, inputs, end_ns, stopped, open_loop):
     if stopped:
         result.sentences.append(f"replayed, {stopped}")
     if end_ns < run.scenario.duration_ns:
+        gap = _first_gap({port: entry for port, entry in inputs.items() if entry.end_ns == end_ns})
         result.sentences.append(f"replayed until t = {end_ns / SECOND:.9g} s of {run.scenario.duration_ns / SECOND:g} s; "
-                                + (_first_gap(inputs) or "the bag ends there"))
+                                + (gap or "the bag ends there"))
 
 
 def _first_gap(inputs) -> str:

@@ -199,7 +199,7 @@ class Signal:
         """Return the (count, 4 + size) uint8 wire form of a record array made by `zeros`."""
         raw = np.empty((len(records), self._payload_size), "u1")
         raw[:, :4] = np.frombuffer(ENCAPSULATION, "u1")
-        raw[:, 4:] = np.ascontiguousarray(records).view("u1").reshape(len(records), -1)[:, :self.size]
+        raw[:, 4:] = np.ascontiguousarray(records).view("u1").reshape(len(records), self.dtype.itemsize)[:, :self.size]
         return raw
 
     # -- receipt -------------------------------------------------------------------------------------------------
