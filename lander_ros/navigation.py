@@ -87,7 +87,7 @@ def navigate(t_ns, p, x, imu, star_tracker, altimeter, camera, gravity, odometry
         if star:
             x.star_squared = navigation_filter.take_attitude(p, x, x.measured)
         if ranged:
-            x.range_squared = navigation_filter.take_range(p, x, altimeter.range)
+            x.range_squared = navigation_filter.take_range(p, x, float(altimeter.range))
         if seen:
             for i in range(3):
                 x.turned[0, i] = camera.vector[i]
@@ -100,7 +100,7 @@ def navigate(t_ns, p, x, imu, star_tracker, altimeter, camera, gravity, odometry
 @kernel
 def begin(p, x, altimeter, camera):
     """Estimate and covariance from one attitude, one distance and one direction; the velocity is unknown."""
-    distance = altimeter.range
+    distance = float(altimeter.range)
     for i in range(4):
         x.orientation[i] = x.measured[i]
     mx, my, mz = to_site(x.orientation, camera.vector[0], camera.vector[1], camera.vector[2])
