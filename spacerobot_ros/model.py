@@ -1,11 +1,12 @@
 """The space robot as data: a base and up to 12 revolute joints in a tree, read from one YAML file.
 
 Source: Aerospace 2023, 10(10), 679, section 4; the paper's Tables 1 and 2 of masses are not in its text, so the numbers
-of `config/spacerobot_ros/mini_space_robot.yaml` are our own. A URDF is read by `spacerobot_ros.urdf`.
+of `models/mini_space_robot.yaml` are our own. A URDF is read by `spacerobot_ros.urdf`.
 """
 
 import math
 from dataclasses import dataclass
+from importlib import resources
 from pathlib import Path
 
 import numpy as np
@@ -62,6 +63,22 @@ class SpaceRobot:
             bad = self.parameter_names[int(np.argmin(np.isfinite(prior)))]
             raise ModelError(f"prior of '{bad}' is not a finite number")
         return prior
+
+
+def find_model(name: str, folder: Path | None = None) -> SpaceRobot:
+    """The robot ``name``: one that comes with the package ('mini_space_robot'), or a YAML or URDF file (relative to
+    ``folder``). Raises `ModelError`."""
+    if name.endswith((".yaml", ".yml")):
+        return load_model((folder or Path()) / name)
+    if name.endswith((".urdf", ".xml")):
+        from spacerobot_ros.urdf import load_urdf
+
+        return load_urdf((folder or Path()) / name)
+    shipped = {path.stem: path for path in Path(str(resources.files("spacerobot_ros") / "models")).glob("*.yaml")}
+    if name not in shipped:
+        raise ModelError(f"robot model '{name}' is unknown; there is {', '.join(sorted(shipped))}, or name a YAML or "
+                         "URDF file")
+    return load_model(shipped[name])
 
 
 def load_model(path) -> SpaceRobot:

@@ -6,6 +6,7 @@ control law uses the new estimate; the Lyapunov update follows with the law's ow
 
 import math
 from dataclasses import dataclass
+from importlib import resources
 from pathlib import Path
 
 import numpy as np
@@ -18,13 +19,13 @@ from spacerobot_ros.dynamics import composite_parameters, inverse_dynamics
 from spacerobot_ros.filtered_regressor import READY, filter_step, momentum_regressor
 from spacerobot_ros.kinematics import attitude_difference, joint_rotations, rotation_vector
 from spacerobot_ros.lyapunov_law import lyapunov_update
-from spacerobot_ros.model import load_model
+from spacerobot_ros.model import find_model
 from spacerobot_ros.natural_adaptation import natural_update
 from spacerobot_ros.regressor import regressor
 from spacerobot_ros.trajectory import harmonic_reference
 
-MODEL = Path(__file__).parents[2] / "config" / "spacerobot_ros" / "mini_space_robot.yaml"
-ROBOT = load_model(MODEL)
+MODEL = Path(str(resources.files("spacerobot_ros"))) / "models" / "mini_space_robot.yaml"
+ROBOT = find_model("mini_space_robot")
 K_D0 = np.array([8.0, 8.0, 4.0, 1.5, 4.0, 1.5, 0.3])  # [N m s/rad]
 THETA_0 = np.radians([90.0, 45.0, 45.0, 0.0])
 NONE, RLS, LYAPUNOV, NATURAL, FILTERED = range(5)
