@@ -84,7 +84,7 @@ def _apply(function, *operands):
     found = Several()
     for label in several[0]:
         try:
-            found[label] = function(*(operand[label] if isinstance(operand, Several) else operand for operand in operands))
+            found[label] = function(*(one[label] if isinstance(one, Several) else one for one in operands))
         except (TypeError, ZeroDivisionError):
             found[label] = None
         except KeyError:

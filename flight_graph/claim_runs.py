@@ -86,7 +86,9 @@ def _number(scenario, case):
 
 
 def _short(value):
-    return "/".join(map(_short, value)) if isinstance(value, list) else f"{value:g}" if isinstance(value, float) else str(value)
+    if isinstance(value, list):
+        return "/".join(map(_short, value))
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def identity(scenario: Scenario) -> str:

@@ -1,7 +1,7 @@
 """Consistency of the attitude filter: are its errors as large as its covariance says?
 
-For a consistent filter the normalised estimation error squared (NEES) e^T P^-1 e of the six-dimensional error (attitude,
-gyro bias) is chi-square with 6 degrees of freedom, and the normalised innovation squared (NIS) of a star tracker
+For a consistent filter the normalised estimation error squared (NEES) e^T P^-1 e of the six-dimensional error
+(attitude, gyro bias) is chi-square with 6 degrees of freedom, and the normalised innovation squared (NIS) of a star tracker
 measurement with 3, white in time (Bar-Shalom, Li, Kirubarajan, "Estimation with applications to tracking and
 navigation", 2001, section 5.4).
 """
@@ -58,7 +58,7 @@ def attitude_and_bias_error(truth, estimate, inside, bias) -> tuple:
 
 
 def true_bias(scenario, imu) -> np.ndarray:
-    """The gyro's bias (n, 3) [rad/s] at each sample: its walk is a function of the noise stream, so it is drawn again."""
+    """The gyro's bias (n, 3) [rad/s] at each sample: its walk is a function of the noise stream and is drawn again."""
     values = next(node.values for node, _, signal in scenario.graph.outputs() if signal.topic == "cubli/imu")
     stamp = imu["header"]["stamp"]
     t_ns = stamp["sec"].astype(np.int64) * 10**9 + stamp["nanosec"] - scenario.epoch_ns

@@ -36,12 +36,12 @@ class FigureEntry:
 LOOK = {
     (ANGLE, "Earth"): "inside the funnel (dashed); zero after 1.5 s",
     (RATE, "Earth"): "a first swing to 0.6 rad/s at most; eq. (9) allows 8.3 rad/s",
-    (ERROR, "Earth"): "inside the funnel (dashed), by 0.3 % only: at 0.1 s it is used to 0.997",
-    (TORQUE, "Earth"): "peaks of 1.35 N m: more than a small flywheel motor gives",
+    (ERROR, "Earth"): "inside the funnel (dashed), though of all axes up to 0.997 of it is used (at 0.1 s)",
+    (TORQUE, "Earth"): "up to 1.35 N m on the worst axis: more than a small flywheel motor gives",
     (ANGLE, "the asteroid"): "inside the funnel (dashed); settled after 7.4 s, with a ripple of 3e-4 rad that stays",
     (RATE, "the asteroid"): "each axis below eq. (9) (dotted); the norm of all three is not, see Fig. 44",
-    (ERROR, "the asteroid"): "inside the funnel (dashed); 0.870 of it is used at the start",
-    (TORQUE, "the asteroid"): "the first sample is the peak; then the negative of the disturbance, a sine that stays",
+    (ERROR, "the asteroid"): "inside the funnel (dashed); of all axes 0.870 of it at most, at the start",
+    (TORQUE, "the asteroid"): "below 2e-3 N m, in the first second; then the disturbance's own sine, which stays",
 }
 
 
@@ -64,17 +64,18 @@ FIGURES = [
     *_four(29, GAINS, "different control parameters", (
         "larger lambda is faster (case 3), smaller slower (case 2); the overshoot does not grow with it",
         "all three below eq. (9) (dotted): the funnel, not the gains, sets the rate",
-        "case 3 starts at 0.976 of the funnel (dashed): a little more lambda_a cannot be started",
-        "case 3 pays for that start with 6.5 times the torque of case 1")),
+        "inside the funnel (dashed); another axis of case 3 starts at 0.976 of it, and lambda = 0.05 cannot start",
+        "much the same here; another axis of case 3 starts with 6.5 times the torque of case 1")),
     *_four(33, BOUNDS, "different boundary performance functions", (
         "wider funnels (case 2) overshoot and settle late; faster ones (case 3) settle first",
-        "the price of case 3 is rate: 0.98 of eq. (9) (dotted)",
+        "the price of faster funnels is rate; on the worst axis 0.98 of eq. (9) (dotted)",
         "each error inside its own funnel (dashed)",
         "wider funnels ask for more torque, later")),
-    *[FigureEntry(number, f"{NAMES[kind][axis].capitalize()} under different control methods", look, LAWS, kind, axis, 30.0)
+    *[FigureEntry(number, f"{NAMES[kind][axis].capitalize()} under different control methods", look, LAWS, kind, axis,
+                  30.0)
       for number, kind, axis, look in (
           (37, ANGLE, 0, "backstepping fastest, PD oscillates; gains of both are not in the paper"),
-          (38, RATE, 0, "APPC below eq. (9) (dotted), the others above it"),
+          (38, RATE, 0, "backstepping exceeds eq. (9) (dotted), APPC does not"),
           (39, ANGLE, 1, "PD overshoots, APPC least"), (40, RATE, 1, "backstepping exceeds eq. (9) (dotted)"),
           (41, ANGLE, 2, "PD overshoots, APPC least"), (42, RATE, 2, "backstepping exceeds eq. (9) (dotted)"))],
     FigureEntry(43, "Control effort under different methods", "APPC least with these gains; other PD gains spend less",
@@ -82,6 +83,6 @@ FIGURES = [
     *[FigureEntry(number, f"{name} feasibility analysis", look, {name: LAWS[key]}, FEASIBILITY, 0, 20.0)
       for number, name, key, look in (
           (44, "APPC", "APPC", "each axis below eq. (9), the norm above it for 1.5 s; the ground would have to pull"),
-          (45, "Backstepping", "backstepping", "twice eq. (9) per axis: it leaves the ground at once"),
-          (46, "PD", "PD", "1.4 times eq. (9) per axis: it leaves the ground"))],
+          (45, "Backstepping", "backstepping", "twice eq. (9) per axis; the ground would have to pull with 10 m g"),
+          (46, "PD", "PD", "1.4 times eq. (9) per axis; the ground would have to pull with 5 m g"))],
 ]

@@ -14,8 +14,8 @@ POINTS = 6000  # at most, of a curve
 class Trace:
     """Curves of one run over time t (n,) [s]; bounds and rate_error are None for a law without funnels.
 
-    angles [rad], rates [rad/s], torque [N m], rate_error [rad/s]: (n, 3); attitude_bound, rate_bound, effort, normal_force
-    (in m g): (n,); limit: eq. (9) [rad/s].
+    angles [rad], rates [rad/s], torque [N m], rate_error [rad/s]: (n, 3); attitude_bound [rad], rate_bound [rad/s],
+    effort [N^2 m^2 s], normal_force (in m g): (n,); limit: eq. (9) [rad/s].
     """
 
     t: np.ndarray

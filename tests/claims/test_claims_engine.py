@@ -1,0 +1,142 @@
+"""Claims files: what is refused, how rows are judged, and what the command says of them."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from flight_graph import claim_runs, claims
+from flight_graph.claim_expressions import Several
+from flight_graph.claim_runs import RunEntry
+from flight_graph.cli.app import app
+from flight_graph.errors import FlightError
+from flight_graph.scenario import load
+
+TEXT = """
+title: A paper
+source: nowhere
+runs:
+  plain: {scenario: cubli_asteroid}
+  each: {scenario: cubli_gains, cases: [case 1, case 2]}
+claims:
+  - {id: one, where: eq. (1), says: x is small, value: plain.x, relation: {below: 2}, expect: holds, because: it is}
+  - {id: two, where: eq. (2), says: x is small, values: {here: plain.x, there: each.x}, relation: {below: 2},
+     expect: depends, estimated: plain.y, estimated_expect: does not hold, because: it varies}
+"""
+FOUND = {"plain": {"x": 1.0, "y": 3.0}, "each": Several({"case 1": {"x": 1.5}, "case 2": {"x": 2.5}})}
+
+
+@pytest.fixture
+def paper(tmp_path, monkeypatch):
+    """Write claims of a paper called 'test'."""
+    def write(text):
+        (tmp_path / "claims.yaml").write_text(text)
+        monkeypatch.setattr(claims, "papers", lambda: {"test": tmp_path / "claims.yaml"})
+        return "test"
+    return write
+
+
+@pytest.fixture
+def made(monkeypatch):
+    """Runs that cost nothing; the list of names asked for."""
+    asked = []
+
+    def run_all(entries, jobs, progress=None):
+        asked.extend(entries)
+        return {name: FOUND[name] for name in entries}
+    monkeypatch.setattr(claims, "run_all", run_all)
+    return asked
+
+
+def test_rows_are_judged(paper, made):
+    one, two = claims.judge(paper(TEXT))
+    assert (one.verdict, one.found, one.as_expected) == ("holds", {"": 1.0}, True)
+    assert two.found == {"here": 1.0, "there, case 1": 1.5, "there, case 2": 2.5}
+    assert two.met == {"here": True, "there, case 1": True, "there, case 2": False}
+    assert (two.verdict, two.estimated_verdict, two.as_expected) == ("depends", "does not hold", True)
+    assert json.dumps(two.plain("test"))
+
+
+def test_only_the_runs_that_are_needed_are_made(paper, made):
+    claims.judge(paper(TEXT), only=["one"])
+    assert made == ["plain"]
+
+
+@pytest.mark.parametrize(("old", "new"), [
+    ("expect: holds", "expect: does not hold"), ("estimated_expect: does not hold", "estimated_expect: holds")])
+def test_a_changed_verdict_is_marked_and_is_the_exit_status(paper, made, old, new):
+    name = paper(TEXT.replace(old, new))
+    assert sum(not row.as_expected for row in claims.judge(name)) == 1
+    result = CliRunner().invoke(app, ["claims", name])
+    assert result.exit_code == 1
+    assert "changed" in result.output
+
+
+def test_the_command_prints_rows_as_a_table_and_as_json(paper, made):
+    name = paper(TEXT)
+    shown = CliRunner().invoke(app, ["claims", name])
+    assert shown.exit_code == 0 and "with estimated state" in shown.output.replace("\n", " ")
+    rows = json.loads(CliRunner().invoke(app, ["claims", name, "--json"]).output)["claims"]
+    assert [row["id"] for row in rows] == ["one", "two"]
+    assert rows[1]["estimated_verdict"] == "does not hold"
+
+
+def test_one_run_judges_the_rows_it_can(paper):
+    rows = claims.judge_run(paper(TEXT), "cubli_asteroid", {"x": 1.0, "y": 1.0})
+    assert [row.claim.id for row in rows] == ["one", "two"]
+    assert rows[1].found == {"here": 1.0, claims.ESTIMATED: 1.0}
+    assert claims.judge_run("test", "cubli_gains", {"x": 1.0}) == []
+
+
+@pytest.mark.parametrize(("old", "new", "part"), [
+    ("id: two", "id: one", "stands twice"),
+    ("value: plain.x", "value: plane.x", "no run called 'plane'; did you mean 'plain'"),
+    ("value: plain.x, ", "", "either value or values"),
+    ("{below: 2}, expect: holds", "{below: 2, above: 1}, expect: holds", "exactly one of below"),
+    ("{below: 2}, expect: holds", "{under: 2}, expect: holds", "under"),
+    ("expect: holds", "expect: maybe", "expect"),
+    ("because: it is", "why: it is", "because|why"),
+    ("{scenario: cubli_asteroid}", "{scenario: cubli_asteroid, case: 1, cases: all}", "either case or cases"),
+    ("value: plain.x, relation: {below: 2}", "check: 'a:b', relation: {below: 2}", "or a check"),
+])
+def test_bad_files_are_refused_with_a_sentence(paper, old, new, part):
+    assert old in TEXT
+    with pytest.raises(FlightError, match=part):
+        claims.read(paper(TEXT.replace(old, new, 1)))
+
+
+def test_unknown_papers_rows_and_figures_are_named(paper, made):
+    with pytest.raises(FlightError, match="no paper called 'apc'"):
+        claims.read("apc")
+    with pytest.raises(FlightError, match="no claim called 'on'"):
+        claims.judge(paper(TEXT), only=["on"])
+
+
+@pytest.mark.parametrize(("data", "part"), [
+    ({"scenario": "cubli_gains", "case": "case 9"}, "no case called 'case 9'"),
+    ({"scenario": "cubli_asteroid", "case": 1}, "no 'vary' block"),
+    ({"scenario": "cubli_gains", "case": 99}, "no case 99"),
+    ({"scenario": "cubli_disturbances", "case": "in phase"}, "8 cases of the grid"),
+    ({"scenario": "cubli_gains", "case": "case 2", "set": {"controller.lambda_a": 0.03}}, "cannot be set"),
+])
+def test_runs_that_cannot_be_made_are_refused(data, part):
+    with pytest.raises(FlightError, match=part):
+        RunEntry(**data).scenarios()
+
+
+def test_cases_are_called_by_name_and_grid():
+    made = RunEntry(scenario="cubli_disturbances", cases=[0, 15]).scenarios()
+    assert list(made) == ["in phase, gravity_sign 1, disturbance_frequency 0.1",
+                          "120 degrees apart, gravity_sign -1, disturbance_frequency 2"]
+
+
+def test_runs_that_are_the_same_are_made_once():
+    first = RunEntry(scenario="cubli_gains", case="case 1").scenarios()[""]
+    assert claim_runs.identity(first) == claim_runs.identity(RunEntry(scenario="cubli_boundaries", case=0).scenarios()[""])
+    assert claim_runs.identity(first) != claim_runs.identity(load("cubli_gains", {"duration_s": 10}, 0))
+
+
+def test_a_run_that_stops_says_so():
+    found = claim_runs.run_one(RunEntry(scenario="cubli_gains", case="lambda 0.05").scenarios()[""])
+    assert found["stopped"] is True and found["stopped_s"] == 0.0
+    assert "take a lambda_a below" in found["sentence"]
