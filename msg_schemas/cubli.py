@@ -29,6 +29,7 @@ TRUTH_CONTACT = named_vector("cubli/truth/contact", SITE, {
     "normal_force": Quantity(None, "1", "smallest since the last message, in m g; as needed to hold the corner"),
     "friction_ratio": Quantity(None, "1", "largest since the last message: tangential over normal force; 1e6: no contact"),
     "force": Quantity(3, "N", "of the ground on the corner, now"),
+    "specific_force": Quantity(3, "m/s^2", "force over mass in the body frame: what an accelerometer at the centre feels"),
     "slip_time": Quantity(None, "s", "first time outside the friction cone; -1: never"),
     "lift_off_time": Quantity(None, "s", "first time without contact; -1: never"),
     "end_time": Quantity(None, "s", "when the run was decided; -1: not yet"),

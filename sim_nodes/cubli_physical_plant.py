@@ -197,6 +197,11 @@ def report(p, x, contact):
     contact.touching_corner = float(x.touching_corner)
     contact.touching_speed = x.touching_speed
     cubli_contact.corner_motion(x.motion, p.length, 0, x.quaternion, x.position, x.velocity)
+    quaternion_multiply(SITE_FROM_BALANCE, x.motion, x.quaternion)
+    f_x, f_y, f_z = quaternion_to_body(x.quaternion, x.force[0], x.force[1], x.force[2])
+    contact.specific_force[0] = f_x / p.mass
+    contact.specific_force[1] = f_y / p.mass
+    contact.specific_force[2] = f_z / p.mass
     for i in range(3):
         contact.force[i] = x.force[i]
         contact.corner[i] = x.position[i]

@@ -28,9 +28,14 @@ def start_imu(p, x):
 
 
 @kernel
-def sample_imu(t_ns, p, x, truth, imu):
-    sensors.accelerometer_sample(p.seed, t_ns, truth.rates, truth.accelerations, truth.gravity, p.length,
-                                 p.accelerometer_sigma, imu.linear_acceleration)
+def sample_imu(t_ns, p, x, truth, contact, imu):
+    if contact.header.stamp.sec != 0:
+        for i in range(3):
+            imu.linear_acceleration[i] = contact.specific_force[i]
+        sensors.noise_vector(p.seed, t_ns, sensors.ACCELEROMETER_DRAW, p.accelerometer_sigma, imu.linear_acceleration)
+    else:
+        sensors.accelerometer_sample(p.seed, t_ns, truth.rates, truth.accelerations, truth.gravity, p.length,
+                                     p.accelerometer_sigma, imu.linear_acceleration)
     sensors.gyro_sample(p.seed, t_ns, truth.rates, p.gyro_sigma, p.gyro_walk_sigma, x.bias, imu.angular_velocity)
     imu.orientation[3] = 1.0
     imu.orientation_covariance[0] = -1.0  # [-] sensor_msgs/Imu: no orientation is measured
@@ -40,10 +45,14 @@ def sample_imu(t_ns, p, x, truth, imu):
 
 
 class Imu(Component):
-    """Gyro and accelerometer of the Cubli rover, with white noise and a wandering gyro bias."""
+    """Gyro and accelerometer of the Cubli rover, with white noise and a wandering gyro bias.
+
+    A plant that simulates its contact gives the specific force; otherwise it follows from a corner at rest.
+    """
 
     parameters, state = ImuParameters, ImuState
-    inputs, outputs = {"truth": cubli.TRUTH}, {"imu": cubli.IMU}
+    inputs, outputs = {"truth": cubli.TRUTH, "contact": cubli.TRUTH_CONTACT}, {"imu": cubli.IMU}
+    optional_inputs = ("contact",)
     rate_hz = 100.0
     start, kernel = start_imu, sample_imu
 

@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 from flight_graph.errors import FlightError
+from flight_graph.kernel import plain
 from flight_graph.scenario import load
+from msg_schemas import cubli
+from sim_nodes.cubli_sensors import Imu
 from tests.cubli_physical.runs import CENTRE_INERTIA, IDLE, LENGTH, MASS, THETA, WHEEL, normal_of, run
 
 G = 0.002  # [m/s^2]
@@ -87,6 +90,24 @@ def test_lift_off_is_continuous_and_the_corner_lands(paper):
     assert paper.t[ended][0] - paper.metrics["end_s"] < 0.0101
     assert (paper.contact["centre"][ended] == last["centre"]).all()
     assert paper.metrics["xi_u_max"] < 1.0  # judged up to the landing
+
+
+def test_what_an_accelerometer_feels(paper):
+    """The ground's force alone, turned into the body and over the mass: nothing in flight."""
+    felt = paper.contact["specific_force"]
+    expected = paper.attitude.inv().apply(paper.contact["force"]) / MASS
+    np.testing.assert_allclose(felt, expected, atol=1e-15)
+    assert (felt[paper.phase(1.0)] == 0.0).all()
+    truth, contact, imu = (signal.zeros(1).view(np.recarray)[0] for signal in (cubli.TRUTH, cubli.TRUTH_CONTACT, cubli.IMU))
+    p, x = (kind.record().view(np.recarray)[0] for kind in (Imu.parameters, Imu.state))
+    truth.gravity[:] = (0.0, 0.0, -G)
+    p.accelerometer_sigma = 0.0
+    plain(Imu.kernel)(0, p, x, truth, contact, imu)
+    np.testing.assert_allclose(imu.linear_acceleration, [0.0, 0.0, G])  # at rest, no contact message
+    contact.header.stamp.sec = 1
+    contact.specific_force[:] = (1e-4, 2e-4, 3e-4)
+    plain(Imu.kernel)(0, p, x, truth, contact, imu)
+    np.testing.assert_allclose(imu.linear_acceleration, [1e-4, 2e-4, 3e-4])
 
 
 def test_flight_over_a_spinning_body_keeps_the_jacobi_integral():
