@@ -33,6 +33,7 @@ RATE_SHARE = 0.95  # [-] of omega_3D: the rest is for k_a v_a
 FRICTION_SHARE = 0.8  # [-] of the friction coefficient that the best rule plans with
 LEAST_NORMAL_FORCE = 0.4  # [m g] along the reference
 REFERENCE_FUNNEL = (0.03, 0.008)  # [rad] rho_a at the start and at the end, where the reference starts at the rover
+PEAK = math.sqrt(10.0 / math.sqrt(3.0))  # [-] q T: q^2 is the largest s'' of a minimum-jerk reference
 TORQUE_LIMIT = 0.02  # [N m] of a wheel
 
 
@@ -116,11 +117,12 @@ def best(site: Site, rover: Rover) -> Design:
     wanted = max(wanted, slope + 0.25 * (site.friction - slope))
     limit = RATE_SHARE * rate_limit(site, rover)
     along = path(rover, MINIMUM_JERK)
-    duration = shortest(site, rover, along, wanted, limit)
-    found = contact(rover, site, along, duration)
-    q = math.sqrt(10.0 / math.sqrt(3.0)) / duration
     rho_a0, rho_a_inf = REFERENCE_FUNNEL
     forward, _, inverse_2 = norms(rover, min(1.2, max(map(abs, rover.start)) + rho_a0))
+    funnels = math.sqrt(3.0) * (inverse_2 * rho_a0 + 0.06 * (1.0 + inverse_2 * forward))
+    duration = shortest(site, rover, along, wanted, limit, funnels)
+    found = contact(rover, site, along, duration)
+    q = PEAK / duration
     room = limit - found["across"] - math.sqrt(3.0) * inverse_2 * q * rho_a0
     rho_u0 = min(0.12 * q, room / (math.sqrt(3.0) * (1.0 + inverse_2 * forward)))
     lambda_u = max(4.0 * (q * q + site.disturbance), 4.0 * site.frequency * rho_u0 if site.disturbance else 0.0)
@@ -143,14 +145,15 @@ def best(site: Site, rover: Rover) -> Design:
                   q * q * max(map(abs, rover.start)) * 1.3 + 1.1 * site.disturbance, found["friction"], found["normal"])
 
 
-def shortest(site, rover, along, friction, limit) -> float:
-    """Shortest duration [s] of a reference within friction, normal force and six tenths of the rate limit."""
+def shortest(site, rover, along, friction, limit, funnels) -> float:
+    """Shortest duration [s] of a reference within friction, normal force and rate limit, beside funnels of q times
+    `funnels` [rad/s]."""
     low, high = 0.1 * math.sqrt(rover.arm / site.gravity), 1000.0 * math.sqrt(rover.arm / site.gravity)
     for _ in range(45):
         middle = math.sqrt(low * high)
         found = contact(rover, site, along, middle)
         good = (found["friction"] <= friction and found["normal"] >= LEAST_NORMAL_FORCE * math.cos(site.tilt)
-                and found["across"] <= 0.6 * limit)
+                and found["across"] + funnels * PEAK / middle <= limit)
         low, high = (low, middle) if good else (middle, high)
     return high
 

@@ -164,3 +164,5 @@ def _show_scenario(scenario, as_json):
         for entry in node_.component.parameters.entries.values():
             add(table, f"{name}.{entry.name}", node_.values[entry.name], entry.range_text, entry.doc, entry.source)
     console.print(table)
+    if scenario.vary:
+        console.print(f"flight sweep {scenario.name}: {scenario.vary.count} cases of {', '.join(scenario.vary.keys())}")

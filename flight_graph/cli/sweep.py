@@ -46,8 +46,9 @@ def sweep(
             rows = sweeps.run_sweep(prepared, folder, runs, jobs, resume,
                                     lambda done, total: advance(done, total, "runs"))
         except KeyboardInterrupt:
-            raise FlightError(f"interrupted; the runs up to here are in {folder / sweeps.TABLE}; "
-                              f"continue with --resume --out {folder}") from None
+            kept = (f"the runs up to here are in {folder / sweeps.TABLE}" if (folder / sweeps.TABLE).exists()
+                    else "no run had ended")
+            raise FlightError(f"interrupted; {kept}; continue with --resume --out {folder}") from None
     wall_s = time.perf_counter() - began
     failed = [row for row in rows if row.status != "ok"]
     found = statistics(rows)

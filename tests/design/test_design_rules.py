@@ -172,10 +172,23 @@ def test_best_rule_in_the_paper_plant(gravity):
     assert found["friction_ratio_max"] > 2.0 and found["normal_force_min"] > 0.2 and found["xi_u_max"] < 1.0
 
 
-@pytest.mark.parametrize("friction", [0.2, 0.8, 2.0])
+@pytest.mark.parametrize("friction", [0.2, 0.8, 1.2])
 def test_best_rule_uses_the_friction_there_is(friction):
     made, found = designed("best", "physical", 5e-4, 0.0, "equal", friction=friction)
-    assert 0.6 * friction < found["friction_ratio_max"] < friction and found["normal_force_min"] > 0.4
+    assert 0.8 * friction < found["friction_ratio_max"] < friction and found["normal_force_min"] > 0.4
+
+
+def test_on_rough_ground_the_rate_limit_decides():
+    made, found = designed("best", "physical", 5e-4, 0.0, "equal", friction=5.0)
+    assert made.margins["rate_bound_share"] == pytest.approx(0.95) and found["rate_share"] < 0.6
+    assert found["normal_force_min"] > 0.4 and found["friction_ratio_max"] < 2.0
+
+
+def test_a_rover_that_is_almost_upright():
+    site, rover = Site(8e-5, friction=0.9), Rover(start=(0.011, 0.006, -0.006))
+    made = design("best", site, rover)
+    found = run(made, site, rover)
+    assert found["friction_ratio_max"] < 0.9 and found["xi_u_max"] < 1.0 and made.margins["rate_bound_share"] <= 0.951
 
 
 @pytest.mark.parametrize("azimuth", [0.0, 1.6, 3.1, 4.7])

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as some
 from scipy import stats
 
@@ -28,6 +28,7 @@ def test_cases_are_outermost_and_the_last_grid_key_is_innermost():
     assert Vary({"grid": {"p.g": {"linear": [0, 1, 5]}}}, "test").overrides(1)["p.g"] == 0.25
 
 
+@settings(deadline=None, max_examples=40)
 @given(some.integers(1, 50), some.integers(1, 400), some.integers(0, 399))
 def test_a_case_does_not_depend_on_how_many_runs_there_are(few, many, case):
     block = {"grid": {"p.a": [1, 2, 3]}, "random": {"p.x": {"normal": [0, 1]}, "seed": {"count": 7}}}
