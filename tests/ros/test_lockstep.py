@@ -9,6 +9,8 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
 
+from tests.graph import toy
+
 pytestmark = [pytest.mark.ros, pytest.mark.xdist_group("lockstep")]
 
 ASTEROID = ("cubli_asteroid",)
@@ -84,7 +86,6 @@ def test_two_ros_runs_are_equal(runs):
 
 def test_multi_rate_delays_and_slow_outputs(runs):
     """The toy graph: rates 200, 100, 50 and 10 Hz, a delayed edge, counters that depend on which stamp is fresh."""
-    from tests.graph import toy
     path = runs.folder / "toy.yaml"
     path.write_text(yaml.safe_dump(toy.scenario()))
     _, compiled = runs("toy_compiled", path)
@@ -92,6 +93,17 @@ def test_multi_rate_delays_and_slow_outputs(runs):
     assert_equal(compiled, ros)
     assert {topic: len(found) for topic, found in messages(ros).items()} == {
         "/toy/truth": 400, "/toy/imu": 400, "/toy/command": 200, "/toy/watch": 20}
+
+
+def test_rates_that_do_not_divide_each_other(runs):
+    """Plant 80, sensor 100, controller 64, watcher 50 Hz, one more delayed edge: who reads which message is still the same."""
+    data = toy.scenario(name="odd")
+    for name, rate in {"plant": 80, "sensor": 100, "controller": 64, "watcher": 50}.items():
+        data["components"][name]["rate_hz"] = rate
+    data["connect"]["controller.imu"] = {"from": "sensor.imu", "delay": 1}
+    path = runs.folder / "odd.yaml"
+    path.write_text(yaml.safe_dump(data))
+    assert_equal(runs("odd_compiled", path)[1], runs("odd_ros", path, *ROS)[1])
 
 
 @pytest.mark.parametrize("engine", ["compiled", "ros"])

@@ -1,0 +1,137 @@
+"""The command line as a user meets it: tables, help, JSON, and a sentence with status 2 for everything that is wrong."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+from flight_graph.cli import main
+from tests.graph import toy
+
+ROOT = Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.xdist_group("executors")
+
+
+@pytest.fixture
+def flight(monkeypatch, capsys, tmp_path):
+    """Run a command in a new folder; return (status, standard output, standard error)."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["flight", *map(str, arguments)])
+        try:
+            status = main()
+        except SystemExit as end:
+            status = end.code or 0
+        captured = capsys.readouterr()
+        assert "Traceback" not in captured.err
+        return status, captured.out, captured.err
+    return run
+
+
+@pytest.fixture
+def toy_file(tmp_path):
+    path = tmp_path / "toy.yaml"
+    path.write_text(yaml.safe_dump(toy.scenario()))
+    return path
+
+
+@pytest.mark.parametrize("command", [[], ["run"], ["list"], ["doctor"], ["node"]])
+def test_help_names_an_example(flight, command):
+    status, out, _ = flight(*command, "--help")
+    assert status == 0 and "Example: flight " in out
+
+
+def test_list_shows_scenarios_and_components(flight):
+    status, out, _ = flight("list")
+    assert status == 0
+    for name in ("cubli_asteroid_paper", "cubli_earth", "cubli_ros/appc_controller", "sim_nodes/cubli_plant"):
+        assert name in out
+    found = json.loads(flight("list", "--json")[1])
+    assert {"cubli_asteroid", "cubli_earth_paper"} <= found["scenarios"].keys() and "sim_nodes/imu" in found["components"]
+
+
+def test_list_of_a_scenario_shows_units_in_brackets(flight):
+    """Brackets are no markup: [rad] and [N m] stand in the table."""
+    status, out, _ = flight("list", "cubli_asteroid")
+    assert status == 0
+    for part in ("[rad]", "[kg m^2]", "[N m]", "[-0.3, 0.3, 0.3]", "truth <- plant.truth", "/cubli/star_tracker",
+                 "one of explicit, implicit", "Table 2"):
+        assert part in out, part
+
+
+def test_run_prints_metrics_and_the_bag(flight, toy_file, tmp_path):
+    status, out, err = flight("run", toy_file, "--out", tmp_path / "a b" / "bag")
+    assert status == 0 and out.splitlines()[-1] == str(tmp_path / "a b" / "bag")
+    assert (tmp_path / "a b" / "bag" / "metadata.yaml").is_file()
+    status, out, err = flight("run", toy_file, "--json", "--seed", 3, "--duration", 0.5, "--set", "controller.kp=0.25")
+    made = json.loads(out)
+    assert {"bag", "engine", "wall_s", "metrics", "seed"} <= made.keys() and made["seed"] == 3
+    assert made["bag"] == "runs/toy-compiled-1"
+    assert json.loads(flight("run", toy_file, "--json")[1])["bag"] == "runs/toy-compiled-2"
+
+
+METRICS = {"xi_a_max", "xi_u_max", "settling_time_s", "overshoot_percent", "tail_rad", "rate_axis_max", "rate_norm_max",
+           "torque_peak", "effort", "normal_force_min", "friction_ratio_max", "wheel_speed_max", "limit_eq9"}
+
+
+def test_json_of_the_cubli_names_all_metrics(flight):
+    status, out, _ = flight("run", "cubli_asteroid", "--duration", 1, "--json")
+    made = json.loads(out)
+    assert status == 0 and METRICS <= made["metrics"].keys()
+    assert made["metrics"]["settling_time_s"] is None  # one second is too short: never
+
+
+@pytest.mark.parametrize("arguments, parts", [
+    (["run", "cubli_astroid"], ["no scenario called 'cubli_astroid'", "'cubli_asteroid'"]),
+    (["run", "nowhere.yaml"], ["there is no scenario file 'nowhere.yaml'"]),
+    (["run", "TOY", "--set", "plan.angle=1"], ["no component called 'plan'; did you mean 'plant'?"]),
+    (["run", "TOY", "--set", "plant.angel=1"], ["no parameter called 'angel'; did you mean 'angle'?"]),
+    (["run", "TOY", "--set", "controller.kp"], ["--set controller.kp: write COMPONENT.PARAM=VALUE"]),
+    (["run", "TOY", "--set", "controller.kp=abc"], ["controller.parameters.kp: 'abc' is not allowed", "[N m/rad]"]),
+    (["run", "TOY", "--set", "controller.kp=.nan"], ["kp: nan is not allowed", "finite"]),
+    (["run", "TOY", "--set", "controller.kd=11"], ["kd: 11 is not allowed", "<= 10"]),
+    (["run", "TOY", "--set", "plant.angle=[1,2]"], ["angle: [1, 2] is not allowed", "3 numbers [rad]"]),
+    (["run", "TOY", "--set", "plant.inertia=2 kg"], ["inertia: '2 kg' is not allowed", "[kg m^2]"]),
+    (["run", "TOY", "--set", "controller.law=pid"], ["law: 'pid' is not allowed; allowed: one of pd, p"]),
+    (["run", "TOY", "--set", "plant.rate_hz=30"], ["plant.rate_hz: 30", "25 or 32"]),
+    (["run", "TOY", "--set", "connect=1"], ["write component.parameter=value"]),
+    (["run", "TOY", "--set", "controller.kp=[1"], ["'[1' is no value"]),
+    (["run", "TOY", "--duration", "0"], ["duration_s: 0.0 is not allowed", "greater than 0"]),
+    (["run", "TOY", "--duration", "nan"], ["duration_s: nan is not a time", "finite"]),
+    (["run", "TOY", "--engine", "rose"], ["no engine called 'rose'; did you mean 'ros'?"]),
+    (["run", "TOY", "--engine", "ros", "--pace", "fast"], ["--pace fast: allowed: lockstep, realtime or realtime:FACTOR"]),
+    (["run", "TOY", "--engine", "ros", "--pace", "realtime:0"], ["the factor must be a number greater than 0"]),
+    (["run", "TOY", "--engine", "ros", "--pace", "realtime:x"], ["the factor must be a number greater than 0"]),
+    (["run", "TOY", "--engine", "ros", "--pace", "lockstep:2"], ["--pace lockstep:2: allowed"]),
+    (["run", "TOY", "--out", "."], ["--out .: it exists already; name a new folder"]),
+    (["run", "cubli_earth_paper", "--engine", "ros"], ["runs in the compiled engine only", "100 kHz"]),
+    (["list", "cubli_astroid"], ["did you mean 'cubli_asteroid'"]),
+    (["node", "cubli_rose", "appc_controller"], ["no package called 'cubli_rose'; did you mean 'cubli_ros'"]),
+    (["node", "cubli_ros", "apc_controller"], ["no executable called 'apc_controller'; did you mean 'appc_controller'"]),
+])
+def test_a_mistake_reads_as_a_sentence(flight, toy_file, tmp_path, arguments, parts):
+    status, out, err = flight(*[str(toy_file) if part == "TOY" else part for part in arguments])
+    assert status == 2 and out == "", (status, out, err)
+    assert err.startswith("error: ") and err.count("\n") == 1, err
+    for part in parts:
+        assert part in err, err
+    assert not list(tmp_path.glob("runs/*/*.mcap"))
+
+
+def test_the_initial_error_outside_the_funnel(flight):
+    status, _, err = flight("run", "cubli_asteroid", "--duration", 1, "--set", "plant.initial_angles=[-0.5,0.3,0.3]")
+    assert status == 2 and err.startswith("error: controller stopped at t = 0 s: the initial attitude error")
+    assert "rho_a0 = [0.4, 0.4, 0.4] rad" in err and "rearm" in err
+
+
+def test_doctor_says_what_is_here(flight):
+    status, out, _ = flight("doctor", "--json")
+    report = json.loads(out)
+    assert status == 0 and report["numba"] and report["python"]
+    assert report["ros"] is None or report["two processes can talk"]
+    assert "cubli_asteroid" in report["compiled"] + report["not compiled yet"] and not report["broken"]
