@@ -2,8 +2,8 @@
 
     python benchmarks/lander_monte_carlo.py [--fresh N] [--jobs N]
 
-Four batches: 200 starts with perfect model and navigation, the same 200 perturbed, and --fresh (100) starts of each kind
-with seeds that no choice of gains or trigger has seen (70001 on).
+Four batches: 200 starts with perfect model and navigation, the same 200 perturbed, and --fresh (100) starts of each
+kind with seeds that no choice of gains or trigger has seen (70001 on).
 """
 
 import argparse

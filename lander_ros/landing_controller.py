@@ -142,9 +142,11 @@ class LandingController(Component):
     kernel = control
     faults = {
         KEEP_OUT: "the start is inside the keep-out funnel: clearance {clearance:.3f} m (must be > 0), view angle "
-                  "{view_deg:.2f} deg of at most {view_limit_deg:.2f} deg; start higher, or set refuse_unsafe_start to false",
-        OUT_OF_VIEW: "the start does not have the site in view: view angle {view_deg:.2f} deg of at most {view_limit_deg:.2f} "
-                     "deg, clearance {clearance:.3f} m; turn -z_B to the site, or set refuse_unsafe_start to false",
+                  "{view_deg:.2f} deg of at most {view_limit_deg:.2f} deg; start higher, or set refuse_unsafe_start to "
+                  "false",
+        OUT_OF_VIEW: "the start does not have the site in view: view angle {view_deg:.2f} deg of at most "
+                     "{view_limit_deg:.2f} deg, clearance {clearance:.3f} m; turn -z_B to the site, or set "
+                     "refuse_unsafe_start to false",
     }
 
     @classmethod

@@ -1,8 +1,8 @@
 """The landing monitor as a component: are the path constraints kept, and is it still certain that they will be.
 
-Levels (ours): warning where r > 20 m and d < 5 m, where r > 5 m and the view angle is within 5 deg of its limit, after 5 s
-of uninterrupted saturation, or below the funnel's gate outside the touchdown funnel; error where a constraint is violated
-or L has left the set it started in; stale where the odometry is older than 0.5 s.
+Levels (ours): warning where r > 20 m and d < 5 m, where r > 5 m and the view angle is within 5 deg of its limit,
+after 5 s of uninterrupted saturation, or below the funnel's gate outside the touchdown funnel; error where a
+constraint is violated or L has left the set it started in; stale where the odometry is older than 0.5 s.
 
 Abort advice: the constraints are forward invariant because L(t) <= L(0) bounds the barriers. That is lost when a
 constraint is violated, or when L exceeds its value at the start by more than the navigation's noise explains.

@@ -1,7 +1,7 @@
 """Navigation of the landing as a component: inertial unit, star tracker, altimeter, camera in; pose and motor out.
 
-The filter is `lander_ros.navigation_filter`. It starts with the first sample in which star tracker, altimeter and camera
-all have something to say, at an unknown velocity.
+The filter is `lander_ros.navigation_filter`. It starts with the first sample in which star tracker, altimeter and
+camera all have something to say, at an unknown velocity.
 """
 
 from flight_graph.component import Component, same_stamp

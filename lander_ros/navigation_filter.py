@@ -1,8 +1,9 @@
 """Navigation of the landing: an error-state extended Kalman filter for pose and motor relative to the site.
 
-Ours; the error state follows Lefferts, Markley, Shuster, "Kalman filtering for spacecraft attitude estimation", J. Guidance
-5(5), 1982. Reference: position r^D [m], velocity v = d(r^D)/dt [m/s] in D, attitude q (x, y, z, w, B to D), biases of gyro
-b_g [rad/s] and accelerometer b_a [m/s^2]. Error state (15,): dr, dv (D), dtheta (B, q_true = q dq(dtheta)), db_g, db_a.
+Ours; the error state follows Lefferts, Markley, Shuster, "Kalman filtering for spacecraft attitude estimation", J.
+Guidance 5(5), 1982. Reference: position r^D [m], velocity v = d(r^D)/dt [m/s] in D, attitude q (x, y, z, w, B to D),
+biases of gyro b_g [rad/s] and accelerometer b_a [m/s^2]. Error state (15,): dr, dv (D), dtheta (B, q_true = q
+dq(dtheta)), db_g, db_a.
 
   dr/dt = v,  dv/dt = R (a - b_a) + g - 2 w_D x v - w_D x (w_D x (rho_D + r)),  w_BI = gyro - b_g,  w = w_BI - R^T w_D
   dtheta' = -w_BI x dtheta - db_g,   dv' = -R [a x] dtheta - R db_a - 2 w_D x dv
@@ -22,7 +23,7 @@ POSITION, VELOCITY, ATTITUDE, GYRO, ACCELEROMETER = 0, 3, 6, 9, 12  # where its 
 
 @kernel
 def spin_quaternion(spin, t, out):
-    """Attitude (4,) of D in the inertial frame that equals D at the epoch, t [s] later, for the spin (3,) [rad/s] in D."""
+    """Attitude (4,) of D in the inertial frame that equals D at the epoch, t [s] later; spin (3,) [rad/s] in D."""
     rate = math.sqrt(spin[0] * spin[0] + spin[1] * spin[1] + spin[2] * spin[2])
     scale = math.sin(0.5 * rate * t) / rate if rate > 0.0 else 0.0
     for i in range(3):
@@ -32,7 +33,7 @@ def spin_quaternion(spin, t, out):
 
 @kernel
 def relative_attitude(site, inertial, out):
-    """q (4,), B to D, of the attitudes of D (``site``) and of B (``inertial``) in the inertial frame: site* inertial."""
+    """q (4,), B to D, from the attitudes of D (``site``) and B (``inertial``) in the inertial frame: site* inertial."""
     for i in range(3):
         site[i] = -site[i]
     multiply(site, inertial, out)

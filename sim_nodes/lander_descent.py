@@ -1,9 +1,9 @@
 """Reference descents: plant and law in one compiled loop, perfect navigation, in continuous time or at a fixed rate.
 
-``law(law_p, r, q, alpha, w, g_model, work, gradient, force, torque) -> clipped axes`` is any kernel of that form, e.g.
-`landing_law` or `pose_pd`; it comes from the caller, so the truth does not import flight software (and numba cannot
-cache the loop: some seconds to compile). In continuous time (``hold_steps`` = 0) the law is evaluated in every Runge-Kutta
-stage; otherwise every ``hold_steps`` steps, and held.
+``law(law_p, r, q, alpha, w, g_model, work, gradient, force, torque) -> clipped axes`` is any kernel of that form,
+e.g. `landing_law` or `pose_pd`; it comes from the caller, so the truth does not import flight software (and numba
+cannot cache the loop: some seconds to compile). In continuous time (``hold_steps`` = 0) the law is evaluated in every
+Runge-Kutta stage; otherwise every ``hold_steps`` steps, and held.
 """
 
 import math

@@ -1,7 +1,7 @@
 """The lander near a rotating small body as a component: truth, contact trigger, and the tally of the landing.
 
-Equations of motion: `sim_nodes.lander_dynamics`. At the contact trigger (z_D <= contact_height within contact_radius) the
-state is held to the end of the run, and the truth says so.
+Equations of motion: `sim_nodes.lander_dynamics`. At the contact trigger (z_D <= contact_height within contact_radius)
+the state is held to the end of the run, and the truth says so.
 """
 
 import math

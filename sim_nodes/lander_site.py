@@ -1,8 +1,8 @@
 """The landing site of a scenario and the on-board gravity model: the one place where the lander's field is named.
 
 `prepare_site` makes the frame D of a site on an ellipsoid from its latitude, longitude and height (see
-`sim_nodes.ellipsoid_gravity.ellipsoid_site`). `GravityModel` stands in for a table that flight software would carry: the
-true field at the estimated position, times a factor.
+`sim_nodes.ellipsoid_gravity.ellipsoid_site`). `GravityModel` stands in for a table that flight software would carry:
+the true field at the estimated position, times a factor.
 """
 
 import math

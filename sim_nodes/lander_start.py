@@ -42,7 +42,7 @@ class LanderStart(Parameters):
 
 @kernel
 def place(p, motion, work):
-    """Position, velocity, attitude and rates of the start, into the state ``motion`` (13 or more); ``work`` is (4, 4)."""
+    """Position, velocity, attitude, rates of the start, into the state ``motion`` (13 or more); ``work`` is (4, 4)."""
     for i in range(3):
         motion[i] = p.start_position[i]
         motion[3 + i] = p.start_velocity[i]

@@ -1,8 +1,8 @@
 """What the paper's appendices print, checked on the code that flies: one function a row of the claims table.
 
-Each draws 200 random twistors, evaluates the printed matrix by its kernel in `lander_ros`, and compares it with a complex-
-step derivative or with dual-quaternion algebra written out here. The same identities are proved symbolically in
-tests/lander/test_appendix_a.py. Each returns (holds, what was found).
+Each draws 200 random twistors, evaluates the printed matrix by its kernel in `lander_ros`, and compares it with a
+complex- step derivative or with dual-quaternion algebra written out here. The same identities are proved symbolically
+in tests/lander/test_appendix_a.py. Each returns (holds, what was found).
 """
 
 import numpy as np

@@ -131,7 +131,7 @@ def rms(values) -> float:
 
 
 def estimate_errors(truth, estimate) -> dict:
-    """Estimate less truth, (n, 3) each: position [m] in D, velocity [m/s] and rate [rad/s] in B, attitude [rad] in B."""
+    """Estimate less truth, (n, 3) each: position [m] in D; velocity [m/s], rate [rad/s], attitude [rad] in B."""
     true_q, q = truth["pose"]["pose"]["orientation"], estimate["pose"]["pose"]["orientation"]
     vector = (true_q[:, 3:] * q[:, :3] - q[:, 3:] * true_q[:, :3] - np.cross(true_q[:, :3], q[:, :3]))
     scalar = np.sum(true_q * q, axis=1, keepdims=True)

@@ -32,10 +32,12 @@ def test_refused_before_the_run(changes, words):
 
 def test_unsafe_starts(fly):
     """Refused with their margins, or flown when asked."""
-    with pytest.raises(FlightError, match=r"inside the keep-out funnel: clearance -39\.794 m .* 18\.00 deg of at most 30"):
+    sentence = r"inside the keep-out funnel: clearance -39\.794 m .* 18\.00 deg of at most 30"
+    with pytest.raises(FlightError, match=sentence):
         simulate(load("lander_nominal", {"plant.start_position": [-900.0, 450.0, 250.0]}))
     outside = {"plant.start_view_error": math.radians(33.0)}
-    with pytest.raises(FlightError, match=r"site in view: view angle 33\.00 deg of at most 30\.00 deg, clearance 50\.206 m"):
+    sentence = r"site in view: view angle 33\.00 deg of at most 30\.00 deg, clearance 50\.206 m"
+    with pytest.raises(FlightError, match=sentence):
         simulate(load("lander_nominal", outside))
     found, _ = fly("lander_nominal", plant__start_view_error=math.radians(33.0), controller__refuse_unsafe_start=False)
     assert found["landed"] == 1 and found["los_max_deg"] > 32.9 and found["level_worst"] == 2

@@ -63,7 +63,7 @@ def test_innovations_are_as_large_as_expected(fly):
 
 
 def test_biases_are_found(fly):
-    """Within 3.5 standard deviations of the true ones (the gyro's walks on), and much better known than at the start."""
+    """Within 3.5 standard deviations of the true ones (the gyro's walks on), and much better known than at first."""
     _, recording = fly("lander_estimated")
     imu = recording.scenario.graph.nodes["imu"].values
     row = recording["lander/navigation"][15000]

@@ -12,7 +12,8 @@ pytestmark = [pytest.mark.ros, pytest.mark.xdist_group("lockstep")]
 
 def test_first_120_s_of_the_nominal_landing(tmp_path):
     for name, more in (("compiled", ()), ("ros", ("--engine", "ros"))):
-        done = flight("run", "lander_nominal", "--duration", 120, *more, "--out", tmp_path / name, "--json", cwd=tmp_path)
+        done = flight(
+            "run", "lander_nominal", "--duration", 120, *more, "--out", tmp_path / name, "--json", cwd=tmp_path)
         assert done.returncode == 0, done.stderr
     assert_equal(tmp_path / "compiled", tmp_path / "ros")
     counts = {topic: len(found) for topic, found in messages(tmp_path / "ros").items()}
