@@ -18,6 +18,7 @@ from flight_graph.timebase import SECOND
 from msg_schemas.qos import RECORDER
 
 DRAIN_S = 0.02  # [s] a wake-up for every message would halve the speed of the graph
+HOLD_S = 0.05  # [s] realtime: a message waits for those of other topics with earlier stamps at most this long
 QUIET_S = 0.3  # [s] after an interruption, messages on their way are waited for this long
 
 
@@ -38,7 +39,7 @@ class Stream:
 
     def drain(self) -> int:
         """Take all that has arrived; return how many messages."""
-        count = 0
+        count, now = 0, time.monotonic()
         while (message := self.subscription.take()) is not None:
             count += 1
             sec, nanosec = struct.unpack_from("<iI", message, self._offset)
@@ -46,7 +47,8 @@ class Stream:
             self.lost += max(0, t_ns - self.next_ns) // self.topic.source_period_ns
             self.next_ns = t_ns + self.topic.source_period_ns
             if t_ns % self.topic.period_ns == 0 and t_ns < self.end_ns:
-                self.queue.append((t_ns, message if len(message) == len(self._payload) else self._canonical(message)))
+                whole = message if len(message) == len(self._payload) else self._canonical(message)
+                self.queue.append((t_ns, whole, now))
         return count
 
     def _canonical(self, message) -> bytes:
@@ -78,10 +80,13 @@ class Recorder:
         return sum(stream.drain() for stream in self.streams)
 
     def watermark(self) -> int:
-        """Every message stamped before this has been taken. In realtime a silent topic holds the others for a second."""
+        """Every message stamped before this has been taken. In realtime a late topic holds the others for `HOLD_S`: what
+        is held here would be lost with this process."""
         low = min(stream.next_ns for stream in self.streams)
         if not self.settings.lockstep:
-            low = max(low, max(stream.next_ns for stream in self.streams) - SECOND)
+            long_ago = time.monotonic() - HOLD_S
+            held = (t_ns + 1 for stream in self.streams for t_ns, _, taken in stream.queue if taken < long_ago)
+            low = max(low, max(held, default=0))
         return min(low, self.end_ns)
 
     def write_before(self, t_ns: int) -> None:
@@ -89,7 +94,7 @@ class Recorder:
         ready = []
         for order, stream in enumerate(self.streams):
             while stream.queue and stream.queue[0][0] < t_ns:
-                stamp, message = stream.queue.popleft()
+                stamp, message, _ = stream.queue.popleft()
                 ready.append((stamp, order, message))
         ready.sort(key=lambda item: item[:2])
         for stamp, order, message in ready:
