@@ -50,7 +50,7 @@ class Run:
     def energy(self, gravity=0.002):
         """Kinetic energy of body and wheels, and potential energy of the centre [J] (n,)."""
         wheel = self.truth["wheel_speed"]
-        turning = (0.5 * CENTRE_INERTIA * self.omega**2 + WHEEL * self.omega * wheel + 0.5 * WHEEL * wheel**2).sum(axis=1)
+        turning = (0.5 * CENTRE_INERTIA * self.omega**2 + WHEEL * (self.omega + 0.5 * wheel) * wheel).sum(axis=1)
         moving = 0.5 * MASS * (self.contact["centre_velocity"] ** 2).sum(axis=1)
         return turning + moving + MASS * gravity * self.contact["centre"][:, 2]
 

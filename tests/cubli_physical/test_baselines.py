@@ -65,7 +65,8 @@ def test_another_controller_by_an_override(pd):
 
 
 def test_earth_by_an_override_keeps_the_rovers_model():
-    values = load("cubli_earth", {"controller.use": "cubli_ros/backstepping_controller"}).graph.nodes["controller"].values
+    scenario = load("cubli_earth", {"controller.use": "cubli_ros/backstepping_controller"})
+    values = scenario.graph.nodes["controller"].values
     assert (values["gravity"], values["torque_limit"]) == (9.8, 10.0)
 
 
@@ -83,7 +84,8 @@ def test_overrides_that_cannot_be(settings, sentence):
 
 
 def test_parameters_that_follow_from_another_component():
-    settings = {"controller.gravity": "= 2 * plant.gravity", "controller.rho_a0": "= [0.4, plant.length * 2, sqrt(0.25)]",
+    settings = {"controller.gravity": "= 2 * plant.gravity",
+                "controller.rho_a0": "= [0.4, plant.length * 2, sqrt(0.25)]",
                 "controller.reference": "= plant.initial_angles"}
     values = load("cubli_asteroid_paper", settings).graph.nodes["controller"].values
     assert values["gravity"] == 0.004
@@ -92,7 +94,7 @@ def test_parameters_that_follow_from_another_component():
 
 
 @pytest.mark.parametrize(("settings", "sentence"), [
-    ({"controller.gravity": "= plnt.gravity"}, "controller.parameters.gravity: no component called 'plnt'; did you mean"),
+    ({"controller.gravity": "= plnt.gravity"}, "parameters.gravity: no component called 'plnt'; did you mean"),
     ({"controller.gravity": "= plant.gravty"}, "plant: no parameter called 'gravty'; did you mean 'gravity'"),
     ({"controller.gravity": "= 1 +"}, "'= 1 \\+' is no expression"),
     ({"controller.gravity": "= open('x')"}, "no function called 'open'"),

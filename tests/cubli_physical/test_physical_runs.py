@@ -1,7 +1,7 @@
 """APPC on the physical plant: reference numbers of an independent implementation, contact watched and not simulated.
 
-Table 2, g = 0.002 m/s^2, a disturbing torque of m l^2 / 6 times 0.02 sin t, initial attitude (-0.3, 0.3, 0.3) rad at rest,
-J_w = 1e-3 kg m^2. Tolerance 2 % where nothing else is said.
+Table 2, g = 0.002 m/s^2, a disturbing torque of m l^2 / 6 times 0.02 sin t, initial attitude (-0.3, 0.3, 0.3) rad at
+rest, J_w = 1e-3 kg m^2. Tolerance 2 % where nothing else is said.
 """
 
 import math
@@ -81,10 +81,11 @@ def test_phased_disturbance():
     assert result["normal_force_min"] == pytest.approx(-1.06, abs=0.03)
 
 
-EARTH = {"plant.gravity": 9.8, "controller.gravity": 9.8, "plant.disturbance_amplitude": 0.0, "plant.torque_limit": 100.0,
-         "controller.torque_limit": 100.0, "plant.speed_limit": 1e6, "controller.rho_a0": 0.5, "controller.l_a": -2.0,
-         "controller.lambda_a": 0.55, "controller.eta_a": 0.0053, "controller.rho_u0": 0.9, "controller.rho_u_inf": 0.08,
-         "controller.l_u": -2.0, "controller.lambda_u": 0.55, "controller.eta_u": 0.0053, "duration_s": 6, **FAST}
+EARTH = {
+    "plant.gravity": 9.8, "controller.gravity": 9.8, "plant.disturbance_amplitude": 0.0, "plant.torque_limit": 100.0,
+    "controller.torque_limit": 100.0, "plant.speed_limit": 1e6, "controller.rho_a0": 0.5, "controller.l_a": -2.0,
+    "controller.lambda_a": 0.55, "controller.eta_a": 0.0053, "controller.rho_u0": 0.9, "controller.rho_u_inf": 0.08,
+    "controller.l_u": -2.0, "controller.lambda_u": 0.55, "controller.eta_u": 0.0053, "duration_s": 6, **FAST}
 
 
 def test_earth_explicit_needs_the_full_inertia():

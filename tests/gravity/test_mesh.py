@@ -90,7 +90,8 @@ def test_an_edge_of_four_faces(tmp_path):
 
 
 @pytest.mark.parametrize(("text", "sentence"), [
-    ("v 0 0\nf 1 2 3", "line 1: 'v 0 0' is no vertex"), ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 x", "line 4: 'f 1 2 x' is no"),
+    ("v 0 0\nf 1 2 3", "line 1: 'v 0 0' is no vertex"),
+    ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 x", "line 4: 'f 1 2 x' is no"),
     ("v 0 0 0", "has no faces"), ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4", "a face names a vertex that is not there")])
 def test_a_file_that_is_no_mesh(tmp_path, text, sentence):
     (tmp_path / "bad.obj").write_text(text)
