@@ -196,7 +196,7 @@ def finish(rule, site, rover, parameters, settling, argument, margins, load, fri
         **margins, "friction_reference": friction, "friction_disturbance_at_once": at_once,
         "friction_disturbance_held": held, "normal_force_reference_mg": normal, "friction_gyro_noise": noise,
         "xi_u_expected": xi, "inner_gain_1_s": gain, "torque_Nm": torque,
-        "rho_u_inf_over_gyro_noise": parameters["rho_u_inf"] / rover.gyro_sigma if rover.gyro_sigma else math.inf}
+        **({"rho_u_inf_over_gyro_noise": parameters["rho_u_inf"] / rover.gyro_sigma} if rover.gyro_sigma else {})}
     parameters = {name: float(value) if isinstance(value, float) else value for name, value in parameters.items()}
     parameters = {"mass": rover.mass, "length": rover.length, "gravity": site.gravity, "gravity_sign": 1,
                   "inertia": [float(value) for value in rover.inertia.reshape(-1)], "smoothing": 0.0,

@@ -1,17 +1,17 @@
 """flight design: parameters that keep a promise, with the argument for them."""
 
+import importlib
 import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
-import yaml
 
 from flight_graph.cli.show import add, console, number
 from flight_graph.errors import FlightError
 
 START = (-0.3, 0.3, 0.3)  # [rad] section 5 of the paper
-DESIGNS = {"cubli": "the Cubli rover on the ground of a small body (Aerospace 2022, 9(11), 728)"}
+DESIGNS = {"cubli": "cubli_ros.design_file"}  # vehicle -> module with design, facts, parameter_file
 
 
 def register(app: typer.Typer) -> None:
@@ -40,14 +40,13 @@ def design(
     """
     if vehicle not in DESIGNS:
         raise FlightError(f"there is no design rule for '{vehicle}'; allowed: {', '.join(DESIGNS)}")
-    from cubli_ros import design as rules
-    from cubli_ros.design_site import Rover, Site
+    rules = importlib.import_module(DESIGNS[vehicle])
     if out is not None and out.exists():
         raise FlightError(f"--out {out}: it exists already; name a new file")
-    site = Site(gravity, tilt, friction, disturbance, phasing, frequency)
-    rover = Rover(start=start, gyro_sigma=gyro_noise, model=model)
+    site = rules.Site(gravity, tilt, friction, disturbance, phasing, frequency)
+    rover = rules.Rover(start=start, gyro_sigma=gyro_noise, model=model)
     made = rules.design(rule, site, rover)
-    text = parameter_file(made, site, rover)
+    text = rules.parameter_file(made, site, rover)
     if out is not None:
         out.parent.mkdir(parents=True, exist_ok=True)
         out.write_text(text)
@@ -62,7 +61,7 @@ def design(
         return
     from rich.table import Table
     table = Table("what", "value", title=f"rule {made.rule}", title_justify="left")
-    for name, value in _facts(made).items():
+    for name, value in rules.facts(made).items():
         add(table, name, number(value))
     console.print(table)
     for sentence in made.argument:
@@ -70,42 +69,3 @@ def design(
     for sentence in made.warnings:
         console.print(f"warning: {sentence}", markup=False, style="yellow")
     print(out)
-
-
-def parameter_file(made, site, rover) -> str:
-    """The design as a ROS parameter file, with the argument as its comments."""
-    from cubli_ros.design_site import PHASINGS
-    lines = [f"# Cubli rover, design rule {made.rule}: g = {site.gravity:g} m/s^2, ground tilt {site.tilt:g} rad, "
-             f"friction {site.friction:g},", f"# disturbance {site.disturbance:g} rad/s^2 at {site.frequency:g} rad/s, "
-             f"axes {site.phasing}, {rover.model} inertia."]
-    lines += [f"# {sentence}" for sentence in made.argument]
-    lines += [f"# {name}: {value:.4g}" for name, value in _facts(made).items()]
-    lines += [f"# WARNING: {sentence}" for sentence in made.warnings]
-    controller = {"rate_hz": made.rate_hz, **made.parameters}
-    inertia = made.parameters["inertia"]
-    monitor = {"gravity": float(site.gravity), "friction": float(site.friction), "tilt": float(site.tilt),
-               "inertia": inertia}
-    truth = {"gravity": float(site.gravity), "initial_angles": [float(angle) for angle in rover.start],
-             "disturbance_amplitude": [float(site.disturbance)] * 3, "disturbance_frequency": float(site.frequency),
-             "disturbance_phase": list(PHASINGS[site.phasing])}
-    ground = {"friction": float(site.friction), "tilt": float(site.tilt)}
-    sections = {"/**/controller": controller, "/**/appc_controller": controller, "/**/monitor": monitor,
-                "/**/jump_monitor": monitor, "/**/plant": truth, "/**/cubli_physical_plant": ground}
-    for name, values in sections.items():
-        if name == "/**/plant":
-            lines.append("# the case that the design is for, as a simulation has it")
-        lines.append(yaml.dump({name: {"ros__parameters": values}}, Dumper=_Dumper, sort_keys=False,
-                               default_flow_style=None, width=110).rstrip())
-    return "\n".join(lines) + "\n"
-
-
-class _Dumper(yaml.SafeDumper):
-    """Without anchors, which the readers of ROS parameter files do not know."""
-
-    def ignore_aliases(self, data):
-        return True
-
-
-def _facts(made):
-    return {"control rate [Hz]": made.rate_hz, "minimum control rate [Hz]": made.minimum_rate_hz,
-            "expected settling [s]": made.settling_s, **made.margins}
