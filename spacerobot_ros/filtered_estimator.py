@@ -58,7 +58,9 @@ def estimate(t_ns, p, x, odometry, joints, accelerations, torque, monitor, param
     x.phase = filter_step(x.y_momentum[:], x.y_rate[:], x.y_push[:], x.measured[3:], p.bandwidth, p.period, x.phase,
                           x.memory[:],
                           x.torque[:], x.filtered[:])
-    if x.phase == NOT_FINITE:
+    if not p.learn:
+        pass
+    elif x.phase == NOT_FINITE:
         x.skipped += 1.0
     elif p.freeze and monitor.freeze > 0.0:
         x.frozen += 1.0

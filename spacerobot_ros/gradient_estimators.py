@@ -55,6 +55,7 @@ def lyapunov_parameters(joints):
         adaptation: Choice("uniform", "prior_squared") = field("prior_squared", source="eq. (45)",
                                                                doc="Gamma: scale for all, or scale * prior^2")
         adaptation_scale: float = field(0.0, unit="1", ge=0, doc="0: 0.3 for uniform, 5 for prior_squared")
+        learn: bool = field(True, doc="false: publish the prior and do nothing else")
         freeze: bool = field(True, doc="rest while an actuator is at its limit")
         adaptation_diagonal: Array(10 * (joints + 1)) = field(1.0, unit="SI", doc="diagonal of Gamma = K_pi^-1")
 
@@ -68,6 +69,7 @@ def natural_parameters(joints):
         prior_projected: bool = field(True, doc="make every body of the prior possible (natural adaptation needs it)")
         adaptation_gain: float = field(3.0, unit="1", ge=0, doc="g of P+ = C exp(g T C^T L C) C^T")
         largest_exponent: float = field(2.0, unit="1", gt=0, doc="clip of the exponent's eigenvalues")
+        learn: bool = field(True, doc="false: publish the prior and do nothing else")
         freeze: bool = field(True, doc="rest while an actuator is at its limit")
 
     return NaturalParameters
@@ -86,7 +88,7 @@ def ready(p, x, joints, control, monitor):
     """Whether to adapt now; fills sigma and Y of the reference motion."""
     for c in range(x.pi_hat.shape[0]):
         x.before[c] = x.pi_hat[c]
-    if control.header.stamp.sec == 0:
+    if control.header.stamp.sec == 0 or not p.learn:
         return False
     if p.freeze and (control.clipped > 0.0 or monitor.freeze > 0.0):
         x.frozen += 1.0

@@ -22,12 +22,14 @@ def covariance_parameters(joints):
     """Parameters of an estimator that keeps a covariance G."""
 
     class CovarianceParameters(believed_parameters(joints)):
-        covariance: Choice("prior_squared", "uniform", "covariance") = field(
-            "prior_squared", source="eq. (39)", doc="G0: scale * prior^2, scale for all, or eq. (46) over the noise")
+        covariance: Choice("prior_squared", "uniform", "covariance", "given") = field(
+            "prior_squared", source="eq. (39)", doc="G0: scale * prior^2, scale for all, eq. (46) over the noise, or as "
+                                                    "given")
         covariance_scale: float = field(0.0, unit="1", ge=0, doc="0: 1e6 for prior_squared, 1e4 for uniform")
         covariance_eta: float = field(0.4, unit="1", gt=0, doc="covariance: relative error of the prior")
         torque_noise: float = field(1e-3, unit="N m", gt=0, doc="covariance: standard deviation of a torque reading")
         forgetting: float = field(1.0, unit="1", gt=0.5, le=1, doc="factor on old knowledge each sample; 1: none")
+        learn: bool = field(True, doc="false: publish the prior and do nothing else")
         freeze: bool = field(True, doc="rest while the monitor says that an actuator is at its limit")
         covariance_diagonal: Array(10 * (joints + 1)) = field(1.0, unit="SI", doc="diagonal of G0")
 
@@ -107,7 +109,9 @@ def estimate(t_ns, p, x, odometry, joints, accelerations, torque, monitor, param
     """Eq. (39)-(41). A reading that is not finite is skipped and counted."""
     for c in range(x.pi_hat.shape[0]):
         x.before[c] = x.pi_hat[c]
-    if p.freeze and monitor.freeze > 0.0:
+    if not p.learn:
+        pass
+    elif p.freeze and monitor.freeze > 0.0:
         x.frozen += 1.0
     elif accelerations.known > 0.0:
         read_motion(p, x, odometry, joints, accelerations, torque)

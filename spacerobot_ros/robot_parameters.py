@@ -84,6 +84,8 @@ def resolve_prior(values: dict, where: str, folder=None) -> dict:
 
 def resolve_covariance(values: dict) -> dict:
     """Fill in the diagonal of G0."""
+    if values["covariance"] == "given":
+        return values
     diagonal = rls.initial_covariance(values["prior"], values["covariance"], values["covariance_scale"] or None,
                                       values["covariance_eta"], values["torque_noise"])
     return {**values, "covariance_diagonal": diagonal.tolist()}

@@ -2,7 +2,7 @@
 
 import typer
 
-from flight_graph.cli import bags, claims, demo, design, doctor, replay, scenarios, sweep
+from flight_graph.cli import bags, claims, demo, design, doctor, identify, replay, scenarios, sweep
 
 app = typer.Typer(
     name="flight", no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="rich",
@@ -14,5 +14,6 @@ bags.register(app)
 replay.register(app)
 claims.register(app)
 design.register(app)
+identify.register(app)
 demo.register(app)
 doctor.register(app)

@@ -1,0 +1,48 @@
+"""flight identify: which parameters of a robot a motion makes visible."""
+
+import json
+from typing import Annotated
+
+import typer
+
+from flight_graph.cli.show import add, console
+
+
+def register(app: typer.Typer) -> None:
+    app.command(epilog="Example: flight identify spacerobot --trajectory spacerobot_harmonic --json")(identify)
+
+
+def identify(
+    robot: Annotated[str, typer.Argument(help="spacerobot, or a robot model as YAML or URDF file.")],
+    trajectory: Annotated[str, typer.Option(help="A scenario whose desired motion is looked at, or 'random'.")] = "random",
+    rows: Annotated[str, typer.Option(help="all (with forces), moments (without), joints (torques alone).")] = "moments",
+    cut: Annotated[float, typer.Option(help="Singular values below this part of the largest count as zero.")] = 1e-10,
+    settings: Annotated[list[str] | None, typer.Option(
+        "--set", metavar="COMPONENT.PARAM=VALUE", help="Change a parameter of the scenario; may be repeated.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")] = False,
+) -> None:
+    """Rank, singular values, and which parameters are identifiable, on their own or in which combinations."""
+    from flight_graph.cli.scenarios import parse_settings
+    from flight_graph.scenario import load
+    from spacerobot_ros.identifiability_report import report, robot_named
+    scenario = None if trajectory == "random" else load(trajectory, parse_settings(settings))
+    found = report(robot_named(robot), scenario, rows, cut)
+    alone = [name for name, single in zip(found.names, found.individual) if single]
+    if as_json:
+        print(json.dumps({
+            "robot": robot, "trajectory": trajectory, "rows": rows, "parameters": len(found.names), "rank": found.rank,
+            "singular_values": found.singular_values.tolist(), "individual": alone,
+            "null_component": dict(zip(found.names, found.null_component.tolist())),
+            "combinations": found.sentences()}))
+        return
+    from rich.table import Table
+    largest = found.singular_values[0] or 1.0
+    console.print(f"{found.rank} of {len(found.names)} directions are visible on {trajectory} (rows: {rows})")
+    console.print(f"on their own: {', '.join(alone) or 'none'}")
+    table = Table("no.", "singular value over the largest", "identifiable combination")
+    sentences = found.sentences()
+    for number, value in enumerate(found.singular_values):
+        if number >= found.rank:
+            break
+        add(table, number + 1, f"{value / largest:.3e}", sentences[number])
+    console.print(table)
