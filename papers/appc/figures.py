@@ -8,7 +8,16 @@ from flight_graph.claim_runs import RunEntry, identity
 from flight_graph.compiled import CompiledRun
 from papers.appc.figure_list import ANGLE, EFFORT, ERROR, FEASIBILITY, FIGURES, RATE
 from papers.appc.figure_traces import trace
-from papers.appc.metrics import matched, seconds
+from papers.appc.metrics import (
+    COMMAND,
+    CONTACT,
+    FUNNEL,
+    TRUTH,
+    contact_history,
+    matched,
+    seconds,
+    until_decided,
+)
 
 LINES = {"case 1": "#0b6e99", "case 2": "#c0392b", "case 3": "#2e8b57", "APPC": "#0b6e99", "backstepping": "#c0392b",
          "PD": "#2e8b57", "": "#0b6e99"}
@@ -17,30 +26,40 @@ COLOURS = ("#0b6e99", "#c0392b", "#2e8b57")
 
 
 def overview(scenario, signals, path) -> Path:
-    """Attitude in its funnel, rates against eq. (9), the rate funnel and the torques, as one PNG."""
+    """Attitude in its funnel, rates against eq. (9), the rate funnel and the torques, as one PNG.
+
+    For a law without funnels the normal force stands in the place of the rate funnel; a run that was decided by a
+    landing or a fall is drawn up to then.
+    """
     import matplotlib
     matplotlib.use("Agg")
     from matplotlib import pyplot
-    truth, funnel = signals["cubli/truth"], signals["cubli/funnel"]
-    t, t_law = seconds(truth, scenario), seconds(funnel, scenario)
+    signals = until_decided(scenario, signals)
+    truth, funnel = signals[TRUTH], signals.get(FUNNEL)
+    t = seconds(truth, scenario)
     values = scenario.graph.nodes["plant"].values
     limit = np.sqrt(np.sqrt(2.0) * values["gravity"] / values["length"])
-    torque = matched(t, signals["cubli/wheel_command"], scenario)
+    torque = matched(t, signals[COMMAND], scenario)
     figure, panels = pyplot.subplots(2, 2, figsize=(12.0, 8.0), layout="constrained", sharex=True)
     attitude, rates, funnels, torques = panels.ravel()
     for axis in range(3):
         attitude.plot(t, truth["angles"][:, axis], color=COLOURS[axis], label=AXES[axis])
         rates.plot(t, truth["rates"][:, axis], color=COLOURS[axis], lw=0.9)
-        funnels.plot(t_law, funnel["rate_xi"][:, axis], color=COLOURS[axis], lw=0.9)
         torques.plot(t, 1e3 * torque[:, axis], color=COLOURS[axis], lw=0.9)
     for sign in (1.0, -1.0):
-        attitude.plot(t_law, sign * funnel["attitude_bound"][:, 0], "k--", lw=1.0)
         rates.axhline(sign * limit, color="k", ls="--", lw=1.0)
-        funnels.axhline(sign, color="k", ls="--", lw=1.0)
+    if funnel is not None:
+        draw_funnels(attitude, funnels, seconds(funnel, scenario), funnel)
+    else:
+        normal = signals[CONTACT]["normal_force"] if CONTACT in signals else contact_history(truth, torque, values)[0]
+        attitude.set(title="Attitude")
+        funnels.plot(t, normal, color=COLOURS[0], lw=0.9)
+        funnels.axhline(0.0, color="k", ls="--", lw=1.0)
+        funnels.set(title="Normal force; below zero the ground would have to pull", ylabel="N / (m g) [1]")
     rates.plot(t, np.linalg.norm(truth["rates"], axis=1), color="0.45", lw=1.4, label="|omega|")
-    attitude.set(title="Attitude: inside its funnel (dashed)", ylabel="Cardan angle [rad]")
-    rates.set(title="Rates: each axis below eq. (9) (dashed), the norm is not", ylabel="rate [rad/s]")
-    funnels.set(title="Rate error over its funnel: |xi_u| < 1", ylabel="xi_u [1]", xlabel="time [s]")
+    attitude.set(ylabel="Cardan angle [rad]")
+    rates.set(title="Rates, and the limit of eq. (9) (dashed)", ylabel="rate [rad/s]")
+    funnels.set(xlabel="time [s]")
     torques.set(title="Wheel torques", ylabel="torque [mN m]", xlabel="time [s]")
     attitude.legend(frameon=False)
     rates.legend(frameon=False)
@@ -52,6 +71,17 @@ def overview(scenario, signals, path) -> Path:
     figure.savefig(path, dpi=110)
     pyplot.close(figure)
     return path
+
+
+def draw_funnels(attitude, panel, t, funnel):
+    """The attitude's funnel into its panel, the rate error over its funnel into another."""
+    for axis in range(3):
+        panel.plot(t, funnel["rate_xi"][:, axis], color=COLOURS[axis], lw=0.9)
+    for sign in (1.0, -1.0):
+        attitude.plot(t, sign * funnel["attitude_bound"][:, 0], "k--", lw=1.0)
+        panel.axhline(sign, color="k", ls="--", lw=1.0)
+    attitude.set(title="Attitude, and its funnel (dashed)")
+    panel.set(title="Rate error over its funnel: |xi_u| < 1", ylabel="xi_u [1]")
 
 
 def draw(folder, advance=None, numbers=None) -> list[Path]:
