@@ -8,6 +8,7 @@ import hashlib
 import importlib.util
 import os
 import sys
+import threading
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -40,15 +41,17 @@ def cache_folder() -> Path:
     return folder
 
 
+_LOADING = threading.Lock()  # a module is in sys.modules before it has run; another thread must not take it then
 _LOADED = {}  # (folder, text, kernels) -> module: a sweep's runs share one
 
 
 def load(text: str, functions: list, name: str):
     """Return the generated module for ``text``; ``functions`` are the kernels that it reaches."""
     known = (str(cache_folder()), text, *functions)
-    if known not in _LOADED:
-        _LOADED[known] = _load(text, functions, name)
-    return _LOADED[known]
+    with _LOADING:
+        if known not in _LOADED:
+            _LOADED[known] = _load(text, functions, name)
+        return _LOADED[known]
 
 
 def _load(text, functions, name):
