@@ -1,0 +1,84 @@
+"""The claims of the Cubli paper: every row keeps its verdict, and rows stand for every figure and statement.
+
+The rows that need many or long runs are left out here; `flight claims appc` recomputes all.
+"""
+
+import re
+
+import pytest
+import yaml
+
+from flight_graph import claims
+from flight_graph.claim_runs import RunEntry, run_all
+
+LONG = {"rates_asteroid", "rates_explicit", "rates_explicit_ff", "rates_implicit", "rates_implicit_ff", "bennu45",
+        "bennu_pole", "bennu_equator", "disturbances", "bss"}
+
+
+@pytest.fixture(scope="module")
+def rows():
+    content = claims.read("appc")
+    wanted = [claim.id for claim in content.claims if not claim.runs & LONG]
+    return {row.claim.id: row for row in claims.judge("appc", only=wanted)}
+
+
+def test_no_verdict_has_changed(rows):
+    assert len(rows) > 70
+    assert {name: (row.verdict, row.estimated_verdict) for name, row in rows.items() if not row.as_expected} == {}
+
+
+def test_what_the_paper_claims_and_what_was_found(rows):
+    """The few findings that must never flip without somebody noticing."""
+    verdicts = {name: row.verdict for name, row in rows.items()}
+    assert verdicts["rate-funnel"] == verdicts["jump-per-axis"] == "holds"
+    assert verdicts["jump-norm"] == verdicts["contact-force"] == "does not hold"
+    assert verdicts["any-eta"] == verdicts["inverted-pendulum"] == verdicts["physical-flight"] == "does not hold"
+    assert verdicts["ranking-effort"] == "holds"
+
+
+@pytest.mark.parametrize(("row", "label", "value", "tolerance"), [
+    ("gains-speed", "1 before 2", 9.072 - 7.431, 0.01), ("gains-speed", "3 before 1", 7.431 - 7.250, 0.01),
+    ("bounds-overshoot", "2 above 1", 8.25 - 1.37, 0.02), ("slowed-contact", "slowed by 0.75", 0.002, 2e-3),
+    ("slowed-contact", "slowed by 0.50", 0.501, 2e-3), ("ranking-effort", "PD", 3.513 / 1.242, 0.01),
+    ("ranking-effort", "backstepping", 7.938 / 1.242, 0.04), ("infeasible-others", "backstepping in norm", 2.988, 0.01),
+    ("infeasible-others", "PD in norm", 2.220, 0.01), ("bounds-per-axis", "hanging, case 3", 1.013, 1e-3),
+    ("physical-scalar", "1 kHz", 0.978, 1e-3), ("physical-contact", "phased", -1.06, 5e-3),
+])
+def test_numbers_of_an_independent_implementation(rows, row, label, value, tolerance):
+    assert rows[row].found[label] == pytest.approx(value, abs=tolerance)
+
+
+def test_the_sampled_law_leaves_the_rate_funnel_as_far_as_it_should():
+    """Earth, implicit, without feed-forward: 4.5 at 50 Hz, 2.5 at 100 Hz, 1.13 at 1 kHz."""
+    entry = RunEntry(scenario="cubli_rates", cases=[6, 14, 26])
+    found = run_all({"rates": entry}, 2)["rates"]
+    assert [one["xi_u_max"] for one in found.values()] == pytest.approx([4.5, 2.5, 1.13], rel=5e-3)
+
+
+def test_every_figure_and_section_has_a_row():
+    where = " ".join(claim.where for claim in claims.read("appc").claims)
+    named = set()
+    for first, last in re.findall(r"(\d+)-(\d+)", where):
+        named |= set(range(int(first), int(last) + 1))
+    named |= {int(number) for number in re.findall(r"(?<![\d.(])(\d\d)(?![\d.)])", where)}
+    assert set(range(5, 47)) <= named
+    for section in ("3.1", "3.2", "4.2", "4.3", "5.1", "5.2", "5.3", "5.4"):
+        assert f"section {section}" in where
+
+
+def test_reasons_are_one_or_two_sentences():
+    for claim in claims.read("appc").claims:
+        assert 10 < len(claim.because) < 160 and claim.because.endswith("."), claim.id
+
+
+def test_the_gain_scans_name_every_case():
+    """A case that is added to the scan is judged."""
+    from flight_graph.scenario import load
+    content = claims.read("appc")
+    names = {name for name, _ in load("cubli_controllers").vary.combinations}
+    assert {name for name in names if name.startswith("PD") and "hang" not in name} == set(content.runs["pds"].cases)
+    assert {name for name in names if name.startswith("BS") and "hang" not in name} == set(content.runs["bss"].cases)
+    rates = yaml.safe_load(open(claims.papers()["appc"]))["runs"]
+    numbers = [case for key in ("explicit", "explicit_ff", "implicit", "implicit_ff")
+               for case in rates[f"rates_{key}"]["cases"]]
+    assert sorted(numbers) == list(range(load("cubli_rates").vary.count))
