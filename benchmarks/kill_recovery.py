@@ -43,11 +43,11 @@ def kill_once(folder: Path, victim: str, after_s: float) -> Kill:
     from flight_graph.bag.recover import recover
     with _reader() as reader:
         run = subprocess.Popen(
-            [*_FLIGHT, "run", "cubli_asteroid", "--engine", "ros", "--pace", "realtime", "--duration", "60",
+            [*_FLIGHT, "run", "cubli_asteroid", "--engine", "ros", "--pace", "realtime", "--duration", "60", "--set", "controller.rearm=true",
              "--out", str(folder / "bag")], cwd=folder, env={**os.environ, "PYTHONPATH": str(ROOT)},
-            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            stdout=subprocess.DEVNULL, stderr=open(folder / "errors", "w"))
         try:
-            seen = reader.collect_until(after_s, run)
+            seen = reader.collect_until(after_s, run, folder)
             spawner = _children(run.pid)
             recorder = next(pid for pid in _children(spawner[0]) if _name(pid) == "recorder")
             seen.update(reader.take())
@@ -98,13 +98,13 @@ class _reader:
             found[sec * 10**9 + nanosec] = time.monotonic(), message
         return found
 
-    def collect_until(self, seconds, run) -> dict:
+    def collect_until(self, seconds, run, folder) -> dict:
         """Take messages until their stamps span some seconds."""
         seen, deadline = {}, time.monotonic() + 90.0
         while not seen or max(seen) - min(seen) < seconds * 1e9:
             seen.update(self.take())
             if time.monotonic() > deadline or run.poll() is not None:
-                raise RuntimeError("the run gave no messages")
+                raise RuntimeError(f"the run gave no messages: {(folder / 'errors').read_text()}")
             time.sleep(0.001)
         return seen
 

@@ -12,6 +12,8 @@ import numpy as np
 
 from flight_graph import scenario as scenarios
 from flight_graph import source
+from flight_graph.bag.reader import read_bag
+from flight_graph.bag.writer import BagWriter
 from flight_graph.comparison import TOLERANCE, Comparison, compare, write_topics
 from flight_graph.compiled import fault_sentence, nonfinite_sentence
 from flight_graph.errors import FlightError, unknown
@@ -231,17 +233,20 @@ class _Machine:
 
 
 def _until(run, answers, again, end_ns, folder):
-    """The recorded answers that the replay can have given again: of the same stretch of time."""
-    answers, stamps, rows = list({topic.topic: topic for topic in answers}.values()), [], []
-    for topic in answers:
-        name = "/" + topic.topic
-        times, written = run.bag.stamps_ns(name), run.bag.payloads(name)
-        kept = int(np.searchsorted(times, run.scenario.epoch_ns + end_ns))
-        if not run.complete:  # what was lost cannot be compared
-            kept = min(kept, int(np.searchsorted(times, again.end_ns, "right")))
-        stamps.append(times[:kept])
-        rows.append(written[:kept])
-    return write_topics(folder, answers, stamps, rows)
+    """The recorded answers that the replay can have given again, in their order: of the same stretch of time."""
+    last_ns = run.scenario.epoch_ns + end_ns - 1
+    if not run.complete:  # what was lost cannot be compared
+        last_ns = min(last_ns, again.end_ns)
+    with BagWriter(folder) as writer:
+        handles = {}
+        for topic in answers:
+            name = "/" + topic.topic
+            if name not in handles:
+                handles[name] = writer.add_topic(name, topic.type_name, topic.role.qos)
+        for name, stamp_ns, payload in run.bag.messages(list(handles)):
+            if stamp_ns <= last_ns:
+                writer.write(handles[name], stamp_ns, payload)
+    return read_bag(folder)
 
 
 def _explain(result: Comparison, run, inputs, end_ns, stopped, open_loop):

@@ -11,6 +11,7 @@ from flight_graph.bag.byte_kernels import MESSAGE, read_field
 from flight_graph.bag.mcap_records import ChunkRecord, Damage, Opcode
 
 _GROUP = 1 << 20  # [bytes] chunks are decompressed together up to this size
+_KEPT = 1 << 29  # [bytes] the decompressed content of a file is kept up to this size
 _CHUNK_FIXED = 40  # [bytes] of a chunk record besides the name of its compression and its data
 
 
@@ -89,15 +90,25 @@ class Chunks:
         return out
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Block:
-    """Some messages' bytes. load(verify): decompress them, and verify the chunks' own checksums where asked to."""
+    """Some messages' bytes. load(verify): decompress them, and verify the chunks' own checksums where asked to.
+
+    keeps: hold the decompressed bytes. Where a file is too large for that, decompressing again costs less than the memory.
+    """
 
     load: Callable
+    keeps: bool
+    kept: np.ndarray | None = None
 
     def content(self, verify: bool = False) -> np.ndarray:
-        """The bytes (uint8). Nothing is kept: decompressing again costs less than the memory."""
-        return self.load(verify)
+        """The bytes (uint8), not to be written to."""
+        if self.kept is not None:
+            return self.kept
+        content = self.load(verify)
+        if self.keeps:
+            self.kept = content
+        return content
 
 
 def list_blocks(data, opcodes, starts, stops, chunks: Chunks):
@@ -109,18 +120,18 @@ def list_blocks(data, opcodes, starts, stops, chunks: Chunks):
     is_chunk, is_message = opcodes == Opcode.CHUNK, opcodes == MESSAGE
     places = np.flatnonzero(is_chunk | is_message)
     edges = np.flatnonzero(np.diff(is_message[places].astype(np.int8))) + 1
-    number = 0
+    number, keeps = 0, int(chunks.size.sum()) <= _KEPT
     for part in np.split(places, edges) if len(places) else []:
         if is_message[part[0]]:
             origin, end = int(starts[part[0]]), int(stops[part[-1]])
-            blocks.append(Block(lambda verify, a=origin, b=end: data[a:b]))
+            blocks.append(Block(lambda verify, a=origin, b=end: data[a:b], False))
             run_of[blocks[-1]] = starts[part] - origin, stops[part] - origin
             continue
         sizes = chunks.size[number:number + len(part)]
         groups = np.cumsum(np.minimum(sizes, _GROUP)) // _GROUP
         bounds = [0, *(np.flatnonzero(np.diff(groups)) + 1).tolist(), len(part)]
         for begin, end in zip(bounds, bounds[1:]):
-            blocks.append(Block(lambda verify, a=number + begin, b=number + end: chunks.content(a, b, verify)))
+            blocks.append(Block(lambda verify, a=number + begin, b=number + end: chunks.content(a, b, verify), keeps))
             sizes_of[blocks[-1]] = sizes[begin:end]
         number += len(part)
     return blocks, sizes_of, run_of

@@ -1,0 +1,83 @@
+"""Reading a bag to arrays: ours against rosbags and mcap-ros2-support, in one run.
+
+    python benchmarks/bag_reading.py [--messages 1000000]
+
+A million IMU messages of random numbers. Each reader ends with the same: stamps, angular velocities and accelerations of
+all messages as NumPy arrays, and these are compared. Ours verifies every checksum of the file first.
+"""
+
+import argparse
+import gc
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from recorder import messages, whole
+
+
+def ours(folder):
+    from flight_graph.bag.reader import read_bag
+    bag = read_bag(folder)
+    imu = bag["/cubli/imu"]
+    return bag.stamps_ns("/cubli/imu"), imu["angular_velocity"], imu["linear_acceleration"]
+
+
+def with_rosbags(folder):
+    from rosbags.rosbag2 import Reader
+    from rosbags.typesys import Stores, get_typestore
+    store = get_typestore(Stores.ROS2_JAZZY)
+    with Reader(folder) as reader:
+        return _arrays((stamp, store.deserialize_cdr(raw, connection.msgtype))
+                       for connection, stamp, raw in reader.messages())
+
+
+def with_mcap_ros2(folder):
+    from mcap.reader import make_reader
+    from mcap_ros2.decoder import DecoderFactory
+    with open(next(folder.glob("*.mcap")), "rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        return _arrays((message.log_time, decoded) for _, _, message, decoded in reader.iter_decoded_messages())
+
+
+def _arrays(found):
+    stamps, rates, accelerations = [], [], []
+    for stamp, message in found:
+        stamps.append(stamp)
+        rate, acceleration = message.angular_velocity, message.linear_acceleration
+        rates.append((rate.x, rate.y, rate.z))
+        accelerations.append((acceleration.x, acceleration.y, acceleration.z))
+    return np.array(stamps), np.array(rates), np.array(accelerations)
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options.add_argument("--messages", type=int, default=1_000_000)
+    count = options.parse_args().messages
+    with tempfile.TemporaryDirectory() as work:
+        whole(Path(work) / "compile", *(part[:1000] for part in messages(1000)))
+        ours(Path(work) / "compile")
+        folder = Path(work) / "bag"
+        whole(folder, *messages(count))
+        gc.collect()
+        took, results = {}, {}
+        for name, read in (("ours", ours), ("rosbags", with_rosbags), ("mcap-ros2-support", with_mcap_ros2)):
+            began = time.perf_counter()
+            results[name] = read(folder)
+            took[name] = time.perf_counter() - began
+            gc.collect()
+        for name in results:
+            assert all(np.array_equal(a, b) for a, b in zip(results["ours"], results[name])), name
+        size = sum(file.stat().st_size for file in folder.iterdir())
+    table = Table("reader", "seconds", "us a message", "times ours", title_justify="left",
+                  title=f"reading {count} IMU messages ({size / 1e6:.0f} MB on disk) to arrays")
+    for name, seconds in took.items():
+        table.add_row(name, f"{seconds:.2f}", f"{1e6 * seconds / count:.2f}", f"{seconds / took['ours']:.0f}")
+    Console(width=120).print(table)
+
+
+if __name__ == "__main__":
+    main()
