@@ -23,8 +23,8 @@ def covariance_parameters(joints):
 
     class CovarianceParameters(believed_parameters(joints)):
         covariance: Choice("prior_squared", "uniform", "covariance", "given") = field(
-            "prior_squared", source="eq. (39)", doc="G0: scale * prior^2, scale for all, eq. (46) over the noise, or as "
-                                                    "given")
+            "prior_squared", source="eq. (39)", doc="G0: scale * prior^2, scale for all, eq. (46) over the noise, or "
+                                                    "as given")
         covariance_scale: float = field(0.0, unit="1", ge=0, doc="0: 1e6 for prior_squared, 1e4 for uniform")
         covariance_eta: float = field(0.4, unit="1", gt=0, doc="covariance: relative error of the prior")
         torque_noise: float = field(1e-3, unit="N m", gt=0, doc="covariance: standard deviation of a torque reading")

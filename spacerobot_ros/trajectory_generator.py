@@ -71,8 +71,7 @@ def generate(t_ns, p, x, reference):
                        x.joint_motion[1], x.joint_motion[2], x.work[:])
     elif p.motion == SLEW:
         slew_reference(t, p.duration, x.q_start[:], x.turn[:], p.begin[3:], p.target[3:], x.q[:], x.base_motion[0],
-                       x.base_motion[1],
-                       x.joint_motion[0], x.joint_motion[1], x.joint_motion[2], x.work[0])
+                       x.base_motion[1], x.joint_motion[0], x.joint_motion[1], x.joint_motion[2], x.work[0])
     else:
         harmonic_reference(t, p.target[:], p.amplitude[:], p.cycle[:], p.phase[:], x.q[:], x.base_motion[0],
                            x.base_motion[1], x.joint_motion[0], x.joint_motion[1], x.joint_motion[2], x.work[:])

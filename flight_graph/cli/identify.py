@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from flight_graph.cli.show import add, console
+from flight_graph.cli.show import console
 
 
 def register(app: typer.Typer) -> None:
@@ -14,8 +14,8 @@ def register(app: typer.Typer) -> None:
 
 def identify(
     robot: Annotated[str, typer.Argument(help="spacerobot, or a robot model as YAML or URDF file.")],
-    trajectory: Annotated[str, typer.Option(help="A scenario whose desired motion is looked at, or 'random'.")] = "random",
-    rows: Annotated[str, typer.Option(help="all (with forces), moments (without), joints (torques alone).")] = "moments",
+    trajectory: Annotated[str, typer.Option(help="A scenario whose desired motion is taken, or random.")] = "random",
+    rows: Annotated[str, typer.Option(help="all (with forces), moments (without), joints (torques).")] = "moments",
     cut: Annotated[float, typer.Option(help="Singular values below this part of the largest count as zero.")] = 1e-10,
     settings: Annotated[list[str] | None, typer.Option(
         "--set", metavar="COMPONENT.PARAM=VALUE", help="Change a parameter of the scenario; may be repeated.")] = None,
@@ -35,14 +35,11 @@ def identify(
             "null_component": dict(zip(found.names, found.null_component.tolist())),
             "combinations": found.sentences()}))
         return
-    from rich.table import Table
     largest = found.singular_values[0] or 1.0
     console.print(f"{found.rank} of {len(found.names)} directions are visible on {trajectory} (rows: {rows})")
     console.print(f"on their own: {', '.join(alone) or 'none'}")
-    table = Table("no.", "singular value over the largest", "identifiable combination")
-    sentences = found.sentences()
-    for number, value in enumerate(found.singular_values):
-        if number >= found.rank:
-            break
-        add(table, number + 1, f"{value / largest:.3e}", sentences[number])
-    console.print(table)
+    console.print("singular values over the largest: " + ", ".join(
+        f"{value / largest:.3g}" for value in found.singular_values[:found.rank]))
+    console.print("what is visible, each line one combination:")
+    for sentence in found.sentences():
+        console.print(f"  {sentence}", highlight=False)
