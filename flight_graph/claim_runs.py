@@ -128,6 +128,8 @@ def run_all(entries: dict[str, RunEntry], jobs: int, progress=None) -> dict:
 
     with ThreadPoolExecutor(max_workers=max(1, jobs or os.cpu_count() or 1)) as pool:
         futures = [pool.submit(one, key) for key in scenarios]
+        if progress:
+            progress(0, len(futures), "compiling")
         try:
             for done, future in enumerate(as_completed(futures), 1):
                 key, result = future.result()
