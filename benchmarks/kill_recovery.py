@@ -43,7 +43,8 @@ def kill_once(folder: Path, victim: str, after_s: float) -> Kill:
     from flight_graph.bag.recover import recover
     with _reader() as reader:
         run = subprocess.Popen(
-            [*_FLIGHT, "run", "cubli_asteroid", "--engine", "ros", "--pace", "realtime", "--duration", "60", "--set", "controller.rearm=true",
+            [*_FLIGHT, "run", "cubli_asteroid", "--engine", "ros", "--pace", "realtime", "--duration", "60",
+             "--set", "controller.rearm=true",
              "--out", str(folder / "bag")], cwd=folder, env={**os.environ, "PYTHONPATH": str(ROOT)},
             stdout=subprocess.DEVNULL, stderr=open(folder / "errors", "w"))
         try:
