@@ -114,8 +114,8 @@ def gravity_at_poles():
     """Section 3.1: 2 to 2.6e-3 at the poles."""
     (_, pole), _ = _surface(_paper_gm())
     (_, measured), _ = _surface(bodies.BENNU_GM)
-    return 2e-3 <= pole <= 2.6e-3, (f"{pole:.3g} m/s^2 with the paper's own density, {measured:.3g} with the measured GM; "
-                                    f"on 2 kg {2.0 * pole:.2g} N")
+    return 2e-3 <= pole <= 2.6e-3, (f"{pole:.3g} m/s^2 with the paper's own density, {measured:.3g} with the measured "
+                                    f"GM; on 2 kg {2.0 * pole:.2g} N")
 
 
 def gravity_range():

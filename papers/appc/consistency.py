@@ -1,8 +1,8 @@
 """Consistency of the attitude filter: are its errors as large as its covariance says?
 
 For a consistent filter the normalised estimation error squared (NEES) e^T P^-1 e of the six-dimensional error
-(attitude, gyro bias) is chi-square with 6 degrees of freedom, and the normalised innovation squared (NIS) of a star tracker
-measurement with 3, white in time (Bar-Shalom, Li, Kirubarajan, "Estimation with applications to tracking and
+(attitude, gyro bias) is chi-square with 6 degrees of freedom, and the normalised innovation squared (NIS) of a star
+tracker measurement with 3, white in time (Bar-Shalom, Li, Kirubarajan, "Estimation with applications to tracking and
 navigation", 2001, section 5.4).
 """
 

@@ -132,7 +132,8 @@ def test_cases_are_called_by_name_and_grid():
 
 def test_runs_that_are_the_same_are_made_once():
     first = RunEntry(scenario="cubli_gains", case="case 1").scenarios()[""]
-    assert claim_runs.identity(first) == claim_runs.identity(RunEntry(scenario="cubli_boundaries", case=0).scenarios()[""])
+    same = RunEntry(scenario="cubli_boundaries", case=0).scenarios()[""]
+    assert claim_runs.identity(first) == claim_runs.identity(same)
     assert claim_runs.identity(first) != claim_runs.identity(load("cubli_gains", {"duration_s": 10}, 0))
 
 
