@@ -3,8 +3,9 @@
     python bags/make.py [SCENARIO ...] [--again]
 
 A golden bag is recorded by the compiled engine with every parameter of its scenario, for a shorter duration, and with
-all topics at their full rates, so that each component can be replayed. A scenario with a ``vary`` block stands for many runs, and has none. --again replaces bags that are there already: after a change
-that is meant to change the numbers, and then the commit says which one.
+all topics at their full rates, so that each component can be replayed. A scenario with a ``vary`` block
+stands for many runs, and has none. --again replaces bags that are there already: after a change that is meant to change
+the numbers, and then the commit says which one.
 """
 
 import argparse

@@ -2,8 +2,8 @@
 
     python benchmarks/bag_reading.py [--messages 1000000]
 
-A million IMU messages of random numbers. Each reader ends with the same: stamps, angular velocities and accelerations of
-all messages as NumPy arrays, and these are compared. The ratio is that of CPU time, which other work on the machine
+A million IMU messages of random numbers. Each reader ends with the same: stamps, angular velocities and accelerations
+of all messages as NumPy arrays, and these are compared. The ratio is that of CPU time, which other work on the machine
 changes least. Ours verifies every checksum of the file first.
 """
 

@@ -2,8 +2,8 @@
 
     python benchmarks/kill_recovery.py [--kills 25]
 
-A reader beside the recorder notes every IMU message with its bytes. After the kill the bag is recovered: the loss is the
-wall time from the arrival of the first message that is not saved to the kill. All saved ones must be those that the
+A reader beside the recorder notes every IMU message with its bytes. After the kill the bag is recovered: the loss is
+the wall time from the arrival of the first message that is not saved to the kill. All saved ones must be those that the
 reader saw, without a gap.
 """
 
@@ -28,7 +28,7 @@ _FLIGHT = [sys.executable, "-c", "import sys; from flight_graph.cli import main;
 
 @dataclass
 class Kill:
-    """One kill. lost_s: wall time of messages lost; saved: IMU messages saved; intact: none before is missing or other."""
+    """One kill. lost_s: wall time of messages lost; saved: IMU messages saved; intact: none before is missing."""
 
     victim: str
     after_s: float

@@ -2,8 +2,8 @@
 
     python benchmarks/recorder.py [--messages 200000]
 
-IMU messages of random numbers, 324 bytes each, which zstd cannot shrink much; the writer is closed and synchronised within
-the time. The library mcap writes the same messages beside it.
+IMU messages of random numbers, 324 bytes each, which zstd cannot shrink much; the writer is closed and on the
+disk within the time. The library mcap writes the same messages beside it.
 """
 
 import argparse
@@ -65,7 +65,8 @@ def main() -> None:
     count = options.parse_args().messages
     stamps, payloads = messages(count)
     listed, rows = stamps.tolist(), [row.tobytes() for row in payloads]
-    table = Table("writer", "us a message", "CPU us", "MB/s", "MB a CPU second", title=f"recording {count} IMU messages of {payloads.shape[1]} bytes",
+    table = Table("writer", "us a message", "CPU us", "MB/s", "MB a CPU second",
+                  title=f"recording {count} IMU messages of {payloads.shape[1]} bytes",
                   title_justify="left")
     with tempfile.TemporaryDirectory() as work:
         whole(Path(work) / "compile", stamps[:10], payloads[:10])

@@ -1,4 +1,4 @@
-"""Judging what was computed again against what a bag holds: byte for byte, or within a tolerance where versions differ."""
+"""What was computed again against what a bag holds: byte for byte, or within a tolerance where versions differ."""
 
 from dataclasses import asdict, dataclass, field
 from pathlib import Path

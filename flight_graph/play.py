@@ -31,7 +31,8 @@ class Schedule:
         chosen = [bag.topic(name).name for name in topics] if topics is not None else list(bag.topics)
         seconds = (bag.end_ns - bag.start_ns) / SECOND
         if not any(bag.topics[name].count for name in chosen):
-            raise FlightError(f"bag '{path}': there is nothing to play; it holds no messages on {', '.join(chosen) or 'any topic'}")
+            raise FlightError(f"bag '{path}': there is nothing to play; it holds no messages on "
+                              f"{', '.join(chosen) or 'any topic'}")
         if not 0 <= start_s <= seconds:
             raise FlightError(f"--start {start_s:g}: the bag is {seconds:.9g} s long")
         return cls(bag, chosen, rate, bag.start_ns + round(start_s * SECOND))

@@ -81,7 +81,8 @@ def open_recorded(path, trust: bool = False) -> RecordedRun:
     made, ended, here = bag.metadata.get("flight_graph", {}), bag.metadata.get("flight_graph.outcome", {}), versions()
     changed = {name: (made.get(name, "unknown"), now) for name, now in here.items() if made.get(name) != now}
     return RecordedRun(bag, Scenario(data, f"{path} ({SCENARIO})"), made.get("engine", "unknown"),
-                       made.get("pace", "unknown"), ended.get("complete") == "true", "recovered" in bag.metadata, changed)
+                       made.get("pace", "unknown"), ended.get("complete") == "true",
+                       "recovered" in bag.metadata, changed)
 
 
 def _runnable(bag, name: str, use: str, trust: bool) -> str:

@@ -107,8 +107,8 @@ def write_recording(recording: Recording, folder, engine: str, overwrite: bool =
     """Write a finished in-process run as a bag: messages by stamp, then in the order of the schedule."""
     bag = RunBag(folder, recording.scenario, engine, "none", overwrite)
     tracks = {(track.node, track.port): track for track in recording.tracks}
-    bag.write_all([(topic, tracks[topic.node, topic.port].stamps_ns, payloads(topic, tracks[topic.node, topic.port].records))
-                   for topic in bag.topics])
+    found = [(topic, tracks[topic.node, topic.port]) for topic in bag.topics]
+    bag.write_all([(topic, track.stamps_ns, payloads(topic, track.records)) for topic, track in found])
     bag.close({"complete": "true", "lost": "0"})
 
 
@@ -125,7 +125,7 @@ def column_units(topics: list[RecordedTopic]) -> dict[str, str]:
 
 
 def payloads(topic: RecordedTopic, records: np.ndarray):
-    """The wire form of a topic's records: (n, size) uint8, or a list of bytes where messages are formatted from them."""
+    """The wire form of a topic's records: (n, size) uint8, or a list of bytes of messages formatted from them."""
     if topic.formatted is None:
         return topic.signal.payloads(records)
     return [formatted_payload(topic.formatted, records[i:i + 1]) for i in range(len(records))]

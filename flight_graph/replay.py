@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from flight_graph import scenario as scenarios
-from flight_graph import source
+from flight_graph import source, steps
 from flight_graph.bag.reader import read_bag
 from flight_graph.bag.writer import BagWriter
 from flight_graph.comparison import TOLERANCE, Comparison, compare, write_topics
@@ -28,8 +28,10 @@ ENGINES = ("compiled", "python", "ros")
 
 @dataclass(frozen=True)
 class RecordedInput:
-    """An input and its recorded messages. stamps_ns: (n,) since the epoch; records: (n,); end_ns: the first message that
-    is missing would be due at a firing at this time."""
+    """An input and its recorded messages. stamps_ns: (n,) since the epoch; records: (n,).
+
+    end_ns: the first message that is missing would be due at a firing at this time.
+    """
 
     port: str
     topic: str
@@ -103,7 +105,8 @@ def _with_settings(run: RecordedRun, component: str, settings: dict) -> Scenario
         return run.scenario
     for key in settings:
         if key in ("rate_hz", "use"):
-            raise FlightError(f"--set {key}: only parameters can be changed in a replay; the recorded messages fix the rest")
+            raise FlightError(f"--set {key}: only parameters can be changed in a replay; the recorded messages "
+                              "fix the rest")
     data = run.scenario.file.model_dump(by_alias=True, exclude_none=True)
     changes = {f"{component}.{key}": value for key, value in settings.items()}
     return Scenario(scenarios.override(data, changes), run.scenario.origin)
@@ -198,9 +201,7 @@ class _Machine:
         if source.numba.config.DISABLE_JIT:
             self._parameters, self._state = self._parameters.view(np.recarray), self._state.view(np.recarray)
             self.outputs = {port: record.view(np.recarray) for port, record in self.outputs.items()}
-        self._parts = {
-            part: source.load(source.step_source(node.use, component, part), [getattr(component, part)], f"step_{part}").step
-            for part in ("start", "kernel", "output", "update") if getattr(component, part) is not None}
+        self._parts = steps.load(node.use, component)
         self._is_new = True
 
     def fire(self, t_ns: int, inputs: list) -> str:
@@ -261,12 +262,13 @@ def _explain(result: Comparison, run, inputs, end_ns, stopped, open_loop):
         result.sentences.append(f"replayed, {stopped}")
     if end_ns < run.scenario.duration_ns:
         gap = _first_gap({port: entry for port, entry in inputs.items() if entry.end_ns == end_ns})
-        result.sentences.append(f"replayed until t = {end_ns / SECOND:.9g} s of {run.scenario.duration_ns / SECOND:g} s; "
-                                + (gap or "the bag ends there"))
+        result.sentences.append(f"replayed until t = {end_ns / SECOND:.9g} s of {run.scenario.duration_ns / SECOND:g} "
+                                f"s; {gap or 'the bag ends there'}")
 
 
 def _first_gap(inputs) -> str:
     entry = min(inputs.values(), key=lambda entry: entry.end_ns, default=None)
     if entry is None:
         return ""
-    return f"its input {entry.port} (/{entry.topic}) has no message of t = {len(entry.stamps_ns) * entry.period_ns / SECOND:.9g} s"
+    missing_s = len(entry.stamps_ns) * entry.period_ns / SECOND
+    return f"its input {entry.port} (/{entry.topic}) has no message of t = {missing_s:.9g} s"

@@ -23,7 +23,7 @@ def register(app: typer.Typer) -> None:
     app.command(epilog="Example: flight plot runs/cubli_asteroid-ros-1 --out balance.png")(plot)
     app.command(epilog="Example: flight recover runs/cubli_asteroid-ros-1 --out saved")(recover)
     app.command(epilog="Example: flight diff runs/cubli_asteroid-ros-1 runs/cubli_asteroid-compiled-1")(diff)
-    app.command(epilog="Example: flight export runs/cubli_asteroid-ros-1 --to parquet --topics /cubli/imu,/cubli/truth")(
+    app.command(epilog="Example: flight export runs/cubli_asteroid-ros-1 --to npz --topics /cubli/imu,/cubli/truth")(
         export)
 
 

@@ -23,7 +23,7 @@ _ROWS = 40  # of the table of differing fields
 
 def register(app: typer.Typer) -> None:
     app.command(epilog="Example: flight verify runs/cubli_asteroid-ros-1")(verify)
-    app.command(epilog="Example: flight replay runs/cubli_asteroid-ros-1 --component controller --set lambda_a=0.03")(replay)
+    app.command(epilog="Example: flight replay runs/cubli_earth-ros-1 --component controller --set k_a=0.02")(replay)
     app.command(epilog="Example: flight play runs/cubli_asteroid-ros-1 --rate 0.5 --topics /cubli/imu --loop")(play)
 
 
@@ -48,7 +48,7 @@ def verify(bag: BagPath, trust: Trust = False, tolerance: Tolerance = 1e-6, as_j
 def replay(
     bag: BagPath,
     component: Annotated[str, typer.Option(help="Name of a component in the bag's scenario.")],
-    engine: Annotated[str, typer.Option(help="compiled, python, or ros (the real node, over ROS topics).")] = "compiled",
+    engine: Annotated[str, typer.Option(help="compiled, python, or ros (the real node over topics).")] = "compiled",
     settings: Annotated[list[str] | None, typer.Option(
         "--set", metavar="PARAM=VALUE", help="Change a parameter of the component; may be repeated.")] = None,
     trust: Trust = False, tolerance: Tolerance = 1e-6, as_json: Json = False,

@@ -1,4 +1,4 @@
-"""The node ``replayer``: clock master of a replay. It publishes a component's recorded inputs and collects its answers."""
+"""The node ``replayer``: clock master of a replay. It publishes the recorded inputs and collects the answers."""
 
 import signal
 import struct
@@ -77,7 +77,7 @@ class Replayer:
         return -(-self._end_ns // self._period_ns)
 
     def _messages(self):
-        """Yield (t, publish, payload) of the recorded inputs in write order; ticks of the clock where there are none."""
+        """Yield (t, publish, payload) of the recorded inputs in write order; clock ticks where there are none."""
         if self._clock is not None:
             for t_ns in range(0, self._end_ns, max(self._period_ns, CLOCK_PERIOD_NS)):
                 yield t_ns, self._clock.publish, clock_payload(*stamp_parts(self._epoch_ns + t_ns))

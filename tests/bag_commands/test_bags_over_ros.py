@@ -79,7 +79,8 @@ class Listener:
 
 @pytest.fixture
 def listener():
-    made = Listener({"/a": "geometry_msgs/msg/Vector3", "/b": "std_msgs/msg/Int32", "/clock": "rosgraph_msgs/msg/Clock"})
+    made = Listener({"/a": "geometry_msgs/msg/Vector3", "/b": "std_msgs/msg/Int32",
+                     "/clock": "rosgraph_msgs/msg/Clock"})
     yield made
     made.close()
 
@@ -123,7 +124,8 @@ def test_a_playback_is_ordered(tmp_path):
     with Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         topic = writer.add_connection("/n", "std_msgs/msg/Int32", typestore=STORE)
         for i, stamp in enumerate(order):
-            writer.write(topic, stamp * 10**9, bytes(STORE.serialize_cdr(T["std_msgs/msg/Int32"](i), "std_msgs/msg/Int32")))
+            message = T["std_msgs/msg/Int32"](i)
+            writer.write(topic, stamp * 10**9, bytes(STORE.serialize_cdr(message, "std_msgs/msg/Int32")))
     played = [(stamp // 10**9, payload[4]) for _, stamp, payload in Schedule.of(folder).messages()]
     assert played == [(1, 1), (1, 3), (2, 2), (2, 5), (3, 0), (3, 4)]
     late = Schedule.of(folder, rate=2.0, start_s=1.0)

@@ -26,7 +26,8 @@ def test_every_component(asteroid, earth):
 
 def test_the_command(flight, asteroid):
     done = flight("replay", asteroid, "--component", "estimator")
-    assert done.status == 0 and "estimator: 400 firings" in done.out and "equal, byte for byte: 800 messages" in done.out
+    assert done.status == 0
+    assert "estimator: 400 firings" in done.out and "equal, byte for byte: 800 messages" in done.out
     report = json.loads(flight("replay", asteroid, "--component", "estimator", "--json").out)
     assert (report["holds"], report["open_loop"], report["verdict"], report["messages"]) == (True, False, "equal", 800)
 
@@ -78,7 +79,8 @@ def test_what_cannot_be_replayed(flight, asteroid, tmp_path):
     for bag, component, sentence in cases:
         done = flight("replay", bag, "--component", component)
         assert done.status == 2 and sentence in " ".join(done.err.split()), done.err
-    for setting, sentence in (("lambda=1", "lambda_a"), ("rate_hz=50", "only parameters"), ("lambda_a=-1", "not allowed")):
+    for setting, sentence in (("lambda=1", "lambda_a"), ("rate_hz=50", "only parameters"),
+                              ("lambda_a=-1", "not allowed")):
         done = flight("replay", asteroid, "--component", "controller", "--set", setting)
         assert done.status == 2 and sentence in " ".join(done.err.split()), done.err
 

@@ -23,7 +23,8 @@ ROOT = Path(__file__).resolve().parents[2]
 def altered(tmp_path, change):
     """A bag of the Earth scenario in which change(topic -> records) has changed what was recorded."""
     def apply(recording):
-        tracks = [dataclasses.replace(track, records=track.records.view('u1').copy().view(track.records.dtype)) for track in recording.tracks]
+        tracks = [dataclasses.replace(track, records=track.records.view("u1").copy().view(track.records.dtype))
+                  for track in recording.tracks]
         change({track.topic: track.records for track in tracks})
         return dataclasses.replace(recording, tracks=tracks)
     return recorded("cubli_earth", {"duration_s": 0.5}, tmp_path / "altered", apply)
@@ -89,8 +90,8 @@ def test_another_order_of_equal_stamps(tmp_path):
     recording = CompiledRun(load("cubli_earth", {"duration_s": 0.1})).run()
     bag = RunBag(tmp_path / "bag", recording.scenario, "compiled", "none")
     tracks = {(track.node, track.port): track for track in recording.tracks}
-    bag.write_all([(topic, tracks[topic.node, topic.port].stamps_ns, payloads(topic, tracks[topic.node, topic.port].records))
-                   for topic in reversed(bag.topics)])
+    found = [(topic, tracks[topic.node, topic.port]) for topic in reversed(bag.topics)]
+    bag.write_all([(topic, track.stamps_ns, payloads(topic, track.records)) for topic, track in found])
     bag.close({"complete": "true"})
     assert verify(tmp_path / "bag").sentences[0].startswith("the same messages in another order: at 946728000.0")
 
@@ -129,8 +130,9 @@ def test_a_run_that_a_component_stopped(tmp_path):
     overrides = {"duration_s": 0.5, "controller.rho_a0": 1.0}
     whole = CompiledRun(load("cubli_earth", overrides)).run()
     bag = RunBag(tmp_path / "bag", load("cubli_earth", {**overrides, "controller.rho_a0": 0.01}), "ros", "lockstep")
-    bag.write_all([(topic, track.stamps_ns[:5], payloads(topic, track.records[:5])) for topic, track in (
-        (topic, next(t for t in whole.tracks if (t.node, t.port) == (topic.node, topic.port))) for topic in bag.topics)])
+    tracks = {(track.node, track.port): track for track in whole.tracks}
+    found = [(topic, tracks[topic.node, topic.port]) for topic in bag.topics]
+    bag.write_all([(topic, track.stamps_ns[:5], payloads(topic, track.records[:5])) for topic, track in found])
     bag.close({"complete": "false"})
     result = verify(tmp_path / "bag")
     assert result.verdict == "not compared" and "controller stopped at t = 0 s" in result.sentences[0]
@@ -197,7 +199,8 @@ def test_what_a_bag_says_of_itself(asteroid):
     assert scenario["components"]["controller"]["parameters"]["lambda_a"] == [0.041] * 3
     assert scenario["duration_s"] == 4 and scenario["seed"] == 1
     assert bag.attachments["claims.yaml"].data == (ROOT / "papers" / "appc" / "claims.yaml").read_bytes()
-    assert {"engine", "pace", "seed", "python", "numpy", "numba", "commit", "cpu", "libc"} <= bag.metadata["flight_graph"].keys()
+    made = {"engine", "pace", "seed", "python", "numpy", "numba", "commit", "cpu", "libc"}
+    assert made <= bag.metadata["flight_graph"].keys()
     assert bag.metadata["units"]["/cubli/truth:position[wheel_speed[0]]"] == "rad/s"
 
 
