@@ -208,13 +208,20 @@ def judge_run(paper: str, scenario: str, found: dict) -> list[Row]:
     """The rows that one run of an unchanged scenario can judge, from its metrics ``found``."""
     content = read(paper)
     results = {name: found for name, entry in content.runs.items() if entry.scenario == scenario and entry.is_plain}
-    rows = []
-    for claim in content.claims:
-        asked = {**claim.expressions, **({ESTIMATED: claim.estimated} if claim.estimated else {})}
-        mine = {label: text for label, text in asked.items() if names(text) and names(text) <= set(results)}
-        if mine:
-            rows.append(_row(claim.model_copy(update={"value": None, "values": mine, "estimated": None}), results))
-    return rows
+    parts = [_part(claim, set(results)) for claim in content.claims]
+    return [_row(claim, results) for claim in parts if claim is not None]
+
+
+def _part(claim: Claim, runs: set[str]) -> Claim | None:
+    """What of a claim can be judged from these runs; None when nothing can."""
+    mine = {label: text for label, text in claim.expressions.items() if names(text) and names(text) <= runs}
+    estimated = claim.estimated if claim.estimated and names(claim.estimated) <= runs else None
+    if mine:
+        return claim.model_copy(update={"value": None, "values": mine, "estimated": estimated})
+    if estimated is None:
+        return None
+    return claim.model_copy(update={"value": None, "values": {ESTIMATED: estimated}, "estimated": None,
+                                    "expect": claim.estimated_expect or claim.expect})
 
 
 def _row(claim: Claim, results) -> Row:

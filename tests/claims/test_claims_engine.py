@@ -57,6 +57,14 @@ def test_rows_are_judged(paper, made):
     assert json.dumps(two.plain("test"))
 
 
+def test_a_run_with_estimated_state_alone_is_judged_by_what_was_found_there(paper):
+    name = paper(TEXT.replace("estimated: plain.y", "estimated: other.y").replace(
+        "  each:", "  other: {scenario: cubli_seeds}\n  each:"))
+    row, = claims.judge_run(name, "cubli_seeds", {"y": 3.0})
+    assert (row.claim.id, row.found, row.verdict) == ("two", {claims.ESTIMATED: 3.0}, "does not hold")
+    assert row.as_expected
+
+
 def test_only_the_runs_that_are_needed_are_made(paper, made):
     claims.judge(paper(TEXT), only=["one"])
     assert made == ["plain"]
@@ -84,7 +92,7 @@ def test_the_command_prints_rows_as_a_table_and_as_json(paper, made):
 def test_one_run_judges_the_rows_it_can(paper):
     rows = claims.judge_run(paper(TEXT), "cubli_asteroid", {"x": 1.0, "y": 1.0})
     assert [row.claim.id for row in rows] == ["one", "two"]
-    assert rows[1].found == {"here": 1.0, claims.ESTIMATED: 1.0}
+    assert (rows[1].found, rows[1].estimated, rows[1].estimated_verdict) == ({"here": 1.0}, 1.0, "holds")
     assert claims.judge_run("test", "cubli_gains", {"x": 1.0}) == []
 
 
