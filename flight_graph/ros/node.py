@@ -8,7 +8,7 @@ import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 
-from flight_graph import source
+from flight_graph import source, steps
 from flight_graph.compiled import fault_sentence, nonfinite_sentence
 from flight_graph.errors import FlightError, unknown
 from flight_graph.ros.parameters import ComponentParameters
@@ -54,11 +54,10 @@ class ComponentNode(LifecycleNode):
         self.watches = {other: Watch(self, other, group) for other in self.settings.wait_for}
         self.clock = RawPublisher(self, *CLOCK) if self.settings.clock_master else None
         self.state = component.state.record()
-        self._use = use
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
         self._thread = threading.Thread(target=self._serve, daemon=True)
-        self._compile()
+        self._steps = steps.load(use, component)
         self._thread.start()
         if autostart:
             self.trigger_configure()
@@ -109,29 +108,13 @@ class ComponentNode(LifecycleNode):
                 return
 
     # -- kernels -------------------------------------------------------------------------------------------------
-    def _compile(self):
-        """Load or compile the component's parts, and run each once on scratch records so that no firing waits."""
-        self._steps = {}
-        for part in ("start", "kernel", "output", "update"):
-            function = getattr(self.component, part)
-            if function is not None:
-                text = source.step_source(self._use, self.component, part)
-                self._steps[part] = source.load(text, [function], f"step_{part}").step
-                arrays = [self.parameters.record.copy(), self.component.state.record()]
-                arrays += [signal.new()[1] for signal in self._signals(part)]
-                self._steps[part](0, *arrays)
-
-    def _signals(self, part):
-        inputs = [] if part in ("start", "output") else list(self.component.inputs.values())
-        return inputs + ([] if part in ("start", "update") else list(self.component.outputs.values()))
-
     def call(self, part: str, t_ns: int) -> None:
         """Run one part of the component at t. Raises FlightError on a fault or a non-finite output."""
         step = self._steps.get(part)
         if step is None:
             return
-        arrays = [] if part in ("start", "output") else [port.record for port in self.inputs.values()]
-        arrays += [] if part in ("start", "update") else [port.record for port in self.outputs.values()]
+        inputs, outputs = steps.ports(self.component, part)
+        arrays = [self.inputs[port].record for port in inputs] + [self.outputs[port].record for port in outputs]
         code = step(t_ns, self.parameters.record, self.state, *arrays)
         if code:
             raise FlightError(self._stop_sentence(code, t_ns / SECOND))

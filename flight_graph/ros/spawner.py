@@ -59,12 +59,13 @@ def _import_once(specs):
     """Everything the children need, except what starts threads or sockets."""
     from flight_graph.ros.environment import prepare_environment
     prepare_environment()
-    from flight_graph import registry
+    from flight_graph import registry, steps
     from flight_graph.ros import entry, lockstep, node, ports, realtime, recorder, recorder_node  # noqa: F401
     types = {"rosgraph_msgs/msg/Clock"}
     for spec in specs:
         if spec["use"] not in PROGRAMS:
             component = registry.component(spec["use"])
+            steps.load(spec["use"], component)  # compiled once, here: no node's timeout runs meanwhile
             types |= {signal_.type_name for signal_ in [*component.inputs.values(), *component.outputs.values()]}
     for type_name in types:
         metaclass = type(ports.message_class(type_name))
