@@ -1,11 +1,14 @@
 """flight identify: which parameters of a robot a motion makes visible."""
 
+import importlib
 import json
 from typing import Annotated
 
 import typer
 
 from flight_graph.cli.show import console
+
+REPORTS = "spacerobot_ros.identifiability_report"  # the module that knows robots
 
 
 def register(app: typer.Typer) -> None:
@@ -24,9 +27,9 @@ def identify(
     """Rank, singular values, and which parameters are identifiable, on their own or in which combinations."""
     from flight_graph.cli.scenarios import parse_settings
     from flight_graph.scenario import load
-    from spacerobot_ros.identifiability_report import report, robot_named
     scenario = None if trajectory == "random" else load(trajectory, parse_settings(settings))
-    found = report(robot_named(robot), scenario, rows, cut)
+    reports = importlib.import_module(REPORTS)
+    found = reports.report(reports.robot_named(robot), scenario, rows, cut)
     alone = [name for name, single in zip(found.names, found.individual) if single]
     if as_json:
         print(json.dumps({
