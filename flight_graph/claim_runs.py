@@ -97,20 +97,23 @@ def identity(scenario: Scenario) -> str:
     return json.dumps(data, sort_keys=True, default=str)
 
 
-def run_one(scenario: Scenario, logs: dict | None = None) -> dict:
-    """Metrics of one run, with ``stopped`` and ``stopped_s``. logs: memory that runs of one thread hand on."""
+def run_one(scenario: Scenario, logs: dict | None = None, kept=None) -> dict:
+    """Metrics of one run, with ``stopped`` and ``stopped_s``. logs: memory that runs of one thread hand on.
+
+    kept(scenario) gives the signals of a run that is kept as a bag (`flight_graph.kept_runs`).
+    """
     from flight_graph.compiled import CompiledRun
     try:
-        recording = CompiledRun(scenario).run(None, logs)
+        recording = kept(scenario) if kept else CompiledRun(scenario).run(None, logs)
     except RunStopped as error:
         return {"stopped": True, "stopped_s": error.t_ns / 1e9, "sentence": str(error)}
     return {**metrics.compute(scenario, recording), "stopped": False, "stopped_s": None}
 
 
-def run_all(entries: dict[str, RunEntry], jobs: int, progress=None) -> dict:
+def run_all(entries: dict[str, RunEntry], jobs: int, progress=None, kept=None) -> dict:
     """Metrics of each named run: {metric: value}, or a `Several` of them by case.
 
-    progress(done, total, name) is called after each run.
+    progress(done, total, name) is called after each run; kept: see `run_one`.
     """
     wanted, scenarios, first = {}, {}, {}
     for name, entry in entries.items():
@@ -124,7 +127,7 @@ def run_all(entries: dict[str, RunEntry], jobs: int, progress=None) -> dict:
     def one(key):
         if not hasattr(memory, "logs"):
             memory.logs = {}
-        return key, run_one(scenarios[key], memory.logs)
+        return key, run_one(scenarios[key], memory.logs, kept)
 
     with ThreadPoolExecutor(max_workers=max(1, jobs or os.cpu_count() or 1)) as pool:
         futures = [pool.submit(one, key) for key in scenarios]

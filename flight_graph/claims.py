@@ -192,15 +192,18 @@ def read(paper: str) -> ClaimsFile:
     return found
 
 
-def judge(paper: str, jobs: int = 2, only: list[str] | None = None, progress=None) -> list[Row]:
-    """Recompute the claims of a paper and judge them. progress(done, total, name) is called after each run."""
+def judge(paper: str, jobs: int = 2, only: list[str] | None = None, progress=None, kept=None) -> list[Row]:
+    """Recompute the claims of a paper and judge them. progress(done, total, name) is called after each run.
+
+    kept(scenario) gives the signals of a run from its bag (`flight_graph.kept_runs`); without it nothing is kept.
+    """
     content = read(paper)
     claims = [claim for claim in content.claims if not only or claim.id in only]
     for name in only or []:
         if name not in [claim.id for claim in content.claims]:
             raise unknown("claim", name, [claim.id for claim in content.claims], paper)
     needed = set().union(*(claim.runs for claim in claims))
-    results = run_all({name: entry for name, entry in content.runs.items() if name in needed}, jobs, progress)
+    results = run_all({name: entry for name, entry in content.runs.items() if name in needed}, jobs, progress, kept)
     return [_row(claim, results) for claim in claims]
 
 

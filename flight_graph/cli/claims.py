@@ -20,18 +20,24 @@ def claims(
     only: Annotated[list[str] | None, typer.Option(help="The id of a row; may be repeated.")] = None,
     jobs: Annotated[int, typer.Option(min=1, help="Runs at a time.")] = 2,
     figures: Annotated[Path | None, typer.Option(help="Draw the paper's figures into this folder.")] = None,
+    bags: Annotated[Path | None, typer.Option(
+        help="Keep every run as a bag in this folder, and take from there what is kept already.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Recompute the claims of a paper from runs and say which hold. The status is 1 when a verdict has changed."""
     from flight_graph import claims as engine
+    kept = None
+    if bags is not None:
+        from flight_graph.kept_runs import KeptRuns
+        kept = KeptRuns(bags)
     rows = {}
     for name in [paper] if paper else engine.papers():
         with steps(f"claims of {name}", not as_json) as advance:
-            rows[name] = engine.judge(name, jobs, only, advance)
+            rows[name] = engine.judge(name, jobs, only, advance, kept)
     drawn = []
     for name in rows if figures else ():
         with steps(f"figures of {name}", not as_json) as advance:
-            drawn += engine.load_figures(name).draw(figures, advance)
+            drawn += engine.load_figures(name).draw(figures, advance, kept=kept)
     changed = [row for found in rows.values() for row in found if not row.as_expected]
     if as_json:
         print(json.dumps({"claims": [row.plain(name) for name, found in rows.items() for row in found],

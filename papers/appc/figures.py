@@ -84,10 +84,11 @@ def draw_funnels(attitude, panel, t, funnel):
     panel.set(title="Rate error over its funnel: |xi_u| < 1", ylabel="xi_u [1]")
 
 
-def draw(folder, advance=None, numbers=None) -> list[Path]:
+def draw(folder, advance=None, numbers=None, kept=None) -> list[Path]:
     """Draw the paper's figures, one PNG each, from runs made here; return the files.
 
-    advance(done, total, what) is called after each run and figure; numbers: only these figures.
+    advance(done, total, what) is called after each run and figure; numbers: only these figures; kept(scenario) gives
+    the signals of a run from its bag (`flight_graph.kept_runs`).
     """
     from matplotlib.figure import Figure
     wanted = [entry for entry in FIGURES if numbers is None or entry.number in numbers]
@@ -102,7 +103,7 @@ def draw(folder, advance=None, numbers=None) -> list[Path]:
     for key, scenario in scenarios.items():
         known = identity(scenario)
         if known not in made:
-            made[known] = trace(scenario, CompiledRun(scenario).run(None, logs))
+            made[known] = trace(scenario, kept(scenario) if kept else CompiledRun(scenario).run(None, logs))
             if advance:
                 advance(len(made), total, scenario.name)
         traces[key] = made[known]

@@ -177,8 +177,11 @@ def scatter(rows: dict, path) -> Path:
     return save(figure, path)
 
 
-def draw(folder, progress=None) -> list[Path]:
-    """All figures of the paper's runs, into a folder; returns the files. progress(done, total, name)."""
+def draw(folder, progress=None, kept=None) -> list[Path]:
+    """All figures of the paper's runs, into a folder; returns the files. progress(done, total, name).
+
+    kept(scenario) gives the signals of a run from its bag (`flight_graph.kept_runs`).
+    """
     from flight_graph.runs import simulate
     from flight_graph.scenario import load
     from flight_graph.sweep import Sweep
@@ -186,7 +189,7 @@ def draw(folder, progress=None) -> list[Path]:
     drawn = []
     for number, name in enumerate(names):
         scenario = load(name)
-        drawn.append(overview(scenario, simulate(scenario), Path(folder) / f"{name}.png"))
+        drawn.append(overview(scenario, (kept or simulate)(scenario), Path(folder) / f"{name}.png"))
         if progress:
             progress(number + 1, len(names) + 1, name)
     rows, logs = {}, {}
