@@ -9,6 +9,7 @@ from papers.spacerobot.metrics import attitude_errors, matched, seconds
 JOINT_NAMES = ("theta 1", "theta 2", "theta 3", "theta 4")
 AXIS_NAMES = ("roll", "pitch", "yaw")
 PRIOR = {"controller.prior_eta": 0.2}
+VARIANCE = {"controller.prior_reading": "variance", "controller.damping_scale": 0.1}
 SLOW = {"controller.damping_scale": 0.25, "controller.prior_seed": 7}
 
 
@@ -69,18 +70,25 @@ def figure_8(path) -> Path:
         panels[0].plot(t, attitude[:, k], label=AXIS_NAMES[k])
     for i in range(joints.shape[1]):
         panels[1].plot(t, joints[:, i], label=JOINT_NAMES[i])
+    panels[0].set(ylabel="attitude error [deg]", xlim=(0.0, 20.0))
+    panels[1].set(ylabel="joint errors [deg]", xlim=(0.0, 20.0))
     return _finish(figure, panels, "Fig. 8: orientation task, true parameters", path)
 
 
 def figure_9(path) -> Path:
-    """The same with four priors: roll error, and the harmonics with eq. (46) read as variance."""
+    """The same with four priors: roll error; and the harmonics with eq. (46) read as variance, K_D / 10."""
     pyplot = _pyplot()
     figure, panels = pyplot.subplots(1, 2, figsize=(11.0, 4.2), layout="constrained")
-    for seed in range(1, 5):
-        t, attitude, joints = errors(*_run("spacerobot_step", **PRIOR, **{"controller.prior_seed": seed}))
-        panels[0].plot(t, attitude[:, 0], label=f"prior {seed}")
-        panels[1].plot(t, joints[:, 1], label=f"prior {seed}")
-    return _finish(figure, panels, "Fig. 9: roll and theta 2 with priors, eta 20 %, no update: nothing diverges", path)
+    for seed, style in zip(range(1, 5), ("-", "--", "-.", ":")):
+        t, attitude, _ = errors(*_run("spacerobot_step", **PRIOR, **{"controller.prior_seed": seed}))
+        panels[0].plot(t, attitude[:, 0], style, lw=2.0, label=f"prior {seed}, eta 20 %")
+    for seed, eta in ((101, 0.1), (102, 0.16), (103, 0.22), (104, 0.28)):
+        t, attitude, _ = errors(*_run("spacerobot_harmonic", **VARIANCE, **{
+            "controller.prior_seed": seed, "controller.prior_eta": eta}))
+        panels[1].semilogy(t, np.linalg.norm(attitude, axis=1), label=f"prior {seed}, eta {100.0 * eta:g} %")
+    panels[0].set(ylabel="roll error [deg]", xlim=(0.0, 20.0), title="step, eq. (46) as printed: nothing diverges")
+    panels[1].set(ylabel="attitude error [deg]", ylim=(1e-2, 50.0), title="harmonics, eq. (46) as variance, K_D / 10")
+    return _finish(figure, panels, "Fig. 9: parameters known before flight only, no update", path)
 
 
 def figure_10(path) -> Path:
@@ -92,7 +100,7 @@ def figure_10(path) -> Path:
             t, attitude, _ = errors(*_run("spacerobot_step", **{"controller.gain": gain, "controller.form": form}))
             panel.plot(t, attitude[:, 0], label=f"Lambda {gain:g}")
         panel.set_title(form)
-        panel.set_xlim(0.0, 20.0)
+        panel.set(xlim=(0.0, 20.0), ylabel="roll error [deg]")
     return _finish(figure, panels, "Fig. 10: roll error, printed law and reading", path)
 
 
@@ -100,14 +108,17 @@ def figure_11_12(path) -> Path:
     """Harmonic tracking: attitude error, and the base's Ixx, Iyy, Izz over the true ones."""
     pyplot = _pyplot()
     figure, panels = pyplot.subplots(1, 2, figsize=(11.0, 4.2), layout="constrained")
-    for name, style in (("rls", "-"), ("lyapunov", "--")):
+    for name, label, style in (("rls", "least squares", "-"), ("lyapunov", "Lyapunov", "--")):
         scenario, signals = _run(f"spacerobot_harmonic_{name}")
         t, attitude, _ = errors(scenario, signals)
-        panels[0].semilogy(t, np.maximum(np.linalg.norm(attitude, axis=1), 1e-5), style, label=name)
+        panels[0].semilogy(t, np.linalg.norm(attitude, axis=1), style, label=label)
         estimate, true = signals["spacerobot/parameters"]["pi"], signals["spacerobot/truth/parameters"]["pi"]
-        for column, label in ((0, "Ixx"), (3, "Iyy"), (5, "Izz")):
-            panels[1].plot(t, estimate[:, column] / true[:, column], style, label=f"{label}, {name}")
-    return _finish(figure, panels, "Figs. 11, 12: attitude error [deg]; base inertia, estimated over true", path)
+        for k, (column, element) in enumerate(((0, "Ixx"), (3, "Iyy"), (5, "Izz"))):
+            panels[1].plot(t, estimate[:, column] / true[:, column], style, color=f"C{k}", label=f"{element}, {label}")
+    panels[0].set(ylabel="attitude error [deg]", ylim=(1e-4, 5.0))
+    panels[1].set(ylabel="base inertia, estimated over true", ylim=(0.93, 1.05))
+    figure_title = "Figs. 11, 12: harmonics with least squares and with Lyapunov's law, eta 20 %"
+    return _finish(figure, panels, figure_title, path, columns=2)
 
 
 def figure_13(path) -> Path:
@@ -115,13 +126,14 @@ def figure_13(path) -> Path:
     pyplot = _pyplot()
     figure, panel = pyplot.subplots(figsize=(6.5, 4.2), layout="constrained")
     etas = (0.1, 0.2, 0.3, 0.4)
-    for name in ("spacerobot_harmonic", "spacerobot_harmonic_rls", "spacerobot_harmonic_lyapunov"):
+    for name, label in (("spacerobot_harmonic", "no update"), ("spacerobot_harmonic_rls", "least squares"),
+                        ("spacerobot_harmonic_lyapunov", "Lyapunov")):
         values = []
         for eta in etas:
             t, attitude, _ = errors(*_run(name, **{**SLOW, "controller.prior_eta": eta}))
             values.append(np.sqrt(np.mean(np.sum(attitude[t >= 20.0] ** 2, axis=1))))
-        panel.plot(100.0 * np.array(etas), values, "o-", label=name.removeprefix("spacerobot_"))
-    panel.set(xlabel="eta [%]", ylabel="attitude rms [deg]")
+        panel.plot(100.0 * np.array(etas), values, "o-", label=label)
+    panel.set(xlabel="eta [%]", ylabel="attitude rms, t >= 20 s [deg]", ylim=(0.0, None))
     return _finish(figure, [panel], "Fig. 13: error against the prior's, K_D / 4", path)
 
 
@@ -139,9 +151,9 @@ def _pyplot():
     return pyplot
 
 
-def _finish(figure, panels, title, path):
+def _finish(figure, panels, title, path, columns=1):
     for panel in panels:
-        panel.legend(frameon=False, fontsize=8)
+        panel.legend(frameon=False, fontsize=8, ncols=columns)
         if not panel.get_xlabel():
             panel.set_xlabel("time [s]")
     return _save(figure, title, path)

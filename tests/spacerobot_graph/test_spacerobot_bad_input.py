@@ -1,4 +1,4 @@
-"""Bad input of the space robot's scenarios: sentences, and readings that are skipped and counted."""
+"""Bad input of the space robot's scenarios: sentences, and a covariance that is repaired and reported."""
 
 from importlib import resources
 
@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import yaml
 
+from flight_graph import source
 from flight_graph.compiled import CompiledRun
 from flight_graph.errors import FlightError
 from flight_graph.scenario import Scenario, load
 from msg_schemas.spacerobot import MINI
 from spacerobot_ros.adaptation_monitor import diagnostics
-from spacerobot_ros.least_squares_estimator import LeastSquaresEstimator
 
 DATA = yaml.safe_load((resources.files("spacerobot_ros") / "models" / "mini_space_robot.yaml").read_text())
 
@@ -86,36 +86,28 @@ def test_resolved_scenario_resolves_to_itself():
     assert again.resolved() == first.resolved()
 
 
-def test_unreadable_torque_is_skipped_and_counted():
-    scenario = load("spacerobot_noise_differenced", {
-        "duration_s": 4, "joint_sensors.torque_fault_time": 1.0, "joint_sensors.torque_fault_duration": 0.1})
-    recording = CompiledRun(scenario).run()
-    assert np.isnan(recording["spacerobot/joint_states"]["effort"][:, 3]).sum() == 5
-    assert recording["spacerobot/parameter_estimator"]["skipped"][-1] == 5
-    assert np.isfinite(recording["spacerobot/parameters"]["pi"]).all()
-
-
 def test_spoiled_covariance_is_repaired_and_reported():
-    """G loses symmetry, then positivity: the estimator goes on with a positive G and counts both."""
-    scenario = load("spacerobot_harmonic_rls")
-    component = LeastSquaresEstimator
-    parameters = component.parameters.record(scenario.graph.nodes["estimator"].values)
-    state = component.state.record()
-    records = [signal.new()[1] for signal in (*component.inputs.values(), *component.outputs.values())]
-    component.start(parameters[0], state[0])
-    records[2]["known"] = 1.0
-    telemetry = records[6]
+    """G loses symmetry, then positivity, between two samples: the run goes on with a positive G and counts both."""
+    run = CompiledRun(load("spacerobot_harmonic_rls", {"duration_s": 0.2}))
+    run.compile()
+    ticks = 10
+    arrays = run.prepare(ticks)
+    control, values = run._control(ticks), list(arrays.values())
+    run.module.start(*values)
+    g = arrays["X_estimator"]["g"][0]
 
-    def fire():
-        component.kernel(0, parameters[0], state[0], *(record[0] for record in records))
-        return telemetry["repaired"][0]
+    def until(tick):
+        control[source.END] = tick
+        assert not run.module.run(control, *values)
+        return arrays["O_estimator_telemetry"]["repaired"][0]
 
-    assert fire() == 0.0
-    state["g"][0, 0, 1] += 1e-3
-    assert fire() == 1.0
-    state["g"][0, 7, 7] = -1.0
-    assert fire() == 2.0
-    assert np.linalg.eigvalsh(state["g"][0] / np.sqrt(np.outer(*[np.diag(state["g"][0])] * 2))).min() > 0.0
+    assert until(4) == 0.0
+    g[0, 1] += 1e-3
+    assert until(5) == 1.0 and np.array_equal(g, g.T)
+    g[7, 7] = -1.0
+    assert until(6) == 2.0
+    assert np.linalg.eigvalsh(g / np.sqrt(np.outer(np.diag(g), np.diag(g)))).min() > 0.0
+    assert until(ticks) >= 2.0 and np.isfinite(arrays["O_estimator_parameters"]["pi"]).all()
 
 
 def test_health_report_names_what_is_wrong():
