@@ -80,7 +80,7 @@ class CompiledRun:
             component = node.component
             arrays[f"P_{node.name}"] = component.parameters.record(node.values, node.name)
             arrays[f"P_{node.name}"]["period"] = node.period_ns / SECOND
-            arrays[f"X_{node.name}"] = component.state.record()
+            arrays[f"X_{node.name}"] = component.initial_state(node.values)
             for port, signal in component.outputs.items():
                 arrays[f"O_{node.name}_{port}"] = signal.new()[1]
                 arrays[f"V_{node.name}_{port}"] = signal.new()[1]

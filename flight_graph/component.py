@@ -16,6 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Callable, ClassVar
 
+import numpy as np
+
 from flight_graph.kernel import kernel as _kernel
 from flight_graph.records import Parameters, State
 from msg_schemas.qos import Role
@@ -91,6 +93,26 @@ class Component:
         folder: where a relative file name starts.
         """
         return values
+
+    @classmethod
+    def tables(cls, values: dict) -> dict[str, np.ndarray]:
+        """State entries that are filled before `start` from the resolved parameters: name -> array of its shape.
+
+        Plain Python, run by every executor: for what a parameter cannot hold, as the mesh of a body. An entry has a
+        fixed capacity; how much of it is used is an entry of its own. A parameter set later does not change them.
+        """
+        return {}
+
+    @classmethod
+    def initial_state(cls, values: dict) -> np.ndarray:
+        """A fresh state record (1,) with the tables of these parameters."""
+        record = cls.state.record()
+        for name, table in cls.tables(values).items():
+            if np.shape(table) != record[name].shape[1:]:
+                raise TypeError(f"{cls.__name__}.tables: {name} has the shape {np.shape(table)}, "
+                                f"the state's entry {record[name].shape[1:]}")
+            record[name][0] = table
+        return record
 
     @classmethod
     def warnings(cls, values: dict, period_s: float) -> list[str]:

@@ -42,6 +42,8 @@ def fingerprint(*functions) -> str:
         names = _global_names(function.__code__)
         for name in sorted(names):
             consider(name, function.__globals__.get(name), names)
+        for name, cell in zip(function.__code__.co_freevars, function.__closure__ or ()):
+            consider(name, cell.cell_contents, names)
 
     def consider(name, value, names):
         if hasattr(value, "py_func") or (inspect.isfunction(value) and numba.config.DISABLE_JIT):

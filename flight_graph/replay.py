@@ -190,7 +190,7 @@ class _Machine:
         component = node.component
         self._parameters = component.parameters.record(node.values, node.name)
         self._parameters["period"] = node.period_ns / SECOND
-        self._state = component.state.record()
+        self._state = component.initial_state(node.values)
         self.outputs = {port: signal.new()[1] for port, signal in component.outputs.items()}
         self._stamps = []
         for port, signal in component.outputs.items():

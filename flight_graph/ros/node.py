@@ -53,7 +53,7 @@ class ComponentNode(LifecycleNode):
         self.progress = Progress(self, self.settings)
         self.watches = {other: Watch(self, other, group) for other in self.settings.wait_for}
         self.clock = RawPublisher(self, *CLOCK) if self.settings.clock_master else None
-        self.state = component.state.record()
+        self.state = component.initial_state(self.parameters.values)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
         self._thread = threading.Thread(target=self._serve, daemon=True)

@@ -43,6 +43,11 @@ class ComponentParameters:
         self.record = component.parameters.record(self._values, node.get_name())
         node.add_on_set_parameters_callback(self._on_set)
 
+    @property
+    def values(self) -> dict:
+        """The resolved values, in plain form."""
+        return self._values
+
     def refresh(self) -> None:
         """Take over what was set since the last firing."""
         if self._changed:

@@ -23,7 +23,7 @@ class ReferenceExecutor:
             record = node.component.parameters.record(node.values)
             record["period"] = round(1e9 / node.rate_hz) / 1e9
             self.parameters[name] = record.view(np.recarray)[0]
-            self.states[name] = node.component.state.record().view(np.recarray)[0]
+            self.states[name] = node.component.initial_state(node.values).view(np.recarray)[0]
             for port, signal in node.component.outputs.items():
                 self.messages[name, port] = []
                 self.scratch[name, port] = signal.new()
