@@ -8,12 +8,14 @@ Frames: A fixed in the body (spin about z_A), D at the landing site, fixed in A,
   dw/dt = dw_BI/dt + w x R^T w_D,  dq/dt = (1/2) q (0, w)
   tau_gg = (3 mu/R^5) x^B x J x^B  (where asked for; central field)
 
-``field`` holds the parameters of the gravity kernel, `ellipsoid_gravity(field, x, y, z)`. The kernel is named here and
-not handed in: a compiled function that takes a kernel as argument cannot be cached.
+The gravity of the body is a kernel ``gravity(field, p, x, y, z)`` -> g^A (3 floats) at (x, y, z) [m] in A: of the
+parameters in ``field``, or of tables in the record ``p``. `dynamics` makes the kernels of this module for one: a
+compiled function that takes a kernel as argument could not be cached. `site_gravity`, `state_rate` and `hold_step` are
+those of the ellipsoid.
 """
 
 import math
-from typing import NamedTuple
+from typing import Callable, NamedTuple
 
 import numpy as np
 
@@ -83,14 +85,6 @@ def body_velocity(state, matrix, out):
 
 
 @kernel
-def site_gravity(field, p, state, out):
-    """The true g^D, to (3,) [m/s^2], at the position of a state."""
-    ax, ay, az = _rows(p.site_rotation, state[0], state[1], state[2])
-    gx, gy, gz = ellipsoid_gravity(field, p.site_position[0] + ax, p.site_position[1] + ay, p.site_position[2] + az)
-    out[0], out[1], out[2] = _columns(p.site_rotation, gx, gy, gz)
-
-
-@kernel
 def _solve(matrix, x, y, z):
     """matrix^-1 (x, y, z) for a symmetric matrix (3, 3), by cofactors."""
     a, b, c = matrix[0, 0], matrix[1, 1], matrix[2, 2]
@@ -106,16 +100,18 @@ def _solve(matrix, x, y, z):
 
 
 @kernel
-def state_rate(field, p, state, force, torque, mass_flow, matrix, out):
-    """d(state)/dt, to (14,), under force (3,) [N] and torque (3,) [N m] in B and a propellant flow >= 0 [kg/s].
+def place(p, state):
+    """Position of a state in A, three floats [m]."""
+    ax, ay, az = _rows(p.site_rotation, state[0], state[1], state[2])
+    return ax + p.site_position[0], ay + p.site_position[1], az + p.site_position[2]
 
-    ``matrix`` (3, 3) is work.
-    """
+
+@kernel
+def rate_under(gx, gy, gz, p, state, force, torque, mass_flow, matrix, out):
+    """`state_rate` where the gravity g^A is known."""
     spin = p.spin
     attitude_matrix(state, matrix)
-    ax, ay, az = _rows(p.site_rotation, state[0], state[1], state[2])
-    ax, ay, az = ax + p.site_position[0], ay + p.site_position[1], az + p.site_position[2]
-    gx, gy, gz = ellipsoid_gravity(field, ax, ay, az)
+    ax, ay, az = place(p, state)
     # in A, w x (w x a) = -spin^2 (x, y, 0)
     gx, gy, gz = _columns(p.site_rotation, gx + spin * spin * ax, gy + spin * spin * ay, gz)
     wx, wy, wz = spin * p.site_rotation[2, 0], spin * p.site_rotation[2, 1], spin * p.site_rotation[2, 2]
@@ -158,19 +154,6 @@ def normalise_attitude(state):
 
 
 @kernel
-def hold_step(field, p, state, force, torque, mass_flow, dt, matrix, work):
-    """One classical Runge-Kutta step of dt [s], in place, the wrench held. ``work`` is (3, 14), ``matrix`` (3, 3)."""
-    rate, total, stage = work[0], work[1], work[2]
-    for i in range(STATES):
-        stage[i] = state[i]
-        total[i] = 0.0
-    for k in range(4):
-        state_rate(field, p, stage, force, torque, mass_flow, matrix, rate)
-        advance(state, rate, k, dt, total, stage)
-    normalise_attitude(state)
-
-
-@kernel
 def advance(state, rate, k, dt, total, stage):
     """Stage k = 0 ... 3 of the classical Runge-Kutta scheme: next stage, and after the last one the new state."""
     weight = 1.0 if k == 0 or k == 3 else 2.0
@@ -181,6 +164,59 @@ def advance(state, rate, k, dt, total, stage):
             stage[i] = state[i] + reach * rate[i]
         else:
             state[i] += dt / 6.0 * total[i]
+
+
+class Dynamics(NamedTuple):
+    """The kernels that know the body's gravity."""
+
+    site_gravity: Callable
+    state_rate: Callable
+    hold_step: Callable
+
+
+def dynamics(gravity) -> Dynamics:
+    """The kernels for a body whose gravity is the kernel ``gravity(field, p, x, y, z)``."""
+
+    @kernel
+    def site_gravity(field, p, state, out):
+        """The true g^D, to (3,) [m/s^2], at the position of a state."""
+        ax, ay, az = place(p, state)
+        gx, gy, gz = gravity(field, p, ax, ay, az)
+        out[0], out[1], out[2] = _columns(p.site_rotation, gx, gy, gz)
+
+    @kernel
+    def state_rate(field, p, state, force, torque, mass_flow, matrix, out):
+        """d(state)/dt, to (14,), under force (3,) [N] and torque (3,) [N m] in B and a propellant flow >= 0 [kg/s].
+
+        ``matrix`` (3, 3) is work.
+        """
+        ax, ay, az = place(p, state)
+        gx, gy, gz = gravity(field, p, ax, ay, az)
+        rate_under(gx, gy, gz, p, state, force, torque, mass_flow, matrix, out)
+
+    @kernel
+    def hold_step(field, p, state, force, torque, mass_flow, dt, matrix, work):
+        """One classical Runge-Kutta step of dt [s], in place, the wrench held. ``matrix`` (3, 3), ``work`` (3, 14)."""
+        rate, total, stage = work[0], work[1], work[2]
+        for i in range(STATES):
+            stage[i] = state[i]
+            total[i] = 0.0
+        for k in range(4):
+            state_rate(field, p, stage, force, torque, mass_flow, matrix, rate)
+            advance(state, rate, k, dt, total, stage)
+        normalise_attitude(state)
+
+    return Dynamics(site_gravity, state_rate, hold_step)
+
+
+@kernel
+def gravity_of_ellipsoid(field, p, x, y, z):
+    """`ellipsoid_gravity` of the parameters."""
+    return ellipsoid_gravity(field, x, y, z)
+
+
+ELLIPSOID = dynamics(gravity_of_ellipsoid)
+site_gravity, state_rate, hold_step = ELLIPSOID
 
 
 @kernel

@@ -22,7 +22,7 @@ from msg_schemas.definitions import TYPESTORE
 from sim_nodes import lander_start
 from sim_nodes.ellipsoid_gravity import EROS_LIKE_SPIN, Ellipsoid, ellipsoid_gravity, ellipsoid_site
 from sim_nodes.lander_descent import watched
-from sim_nodes.lander_dynamics import body_velocity, hold_step, site_gravity, touched_down
+from sim_nodes.lander_dynamics import ELLIPSOID, body_velocity, touched_down
 from sim_nodes.lander_site import prepare_site
 from sim_nodes.lander_thrusters import apply_thrusters
 
@@ -100,33 +100,6 @@ def length(vector):
 
 
 @kernel
-def start(p, x):
-    prepare_site(p, x)
-    for i in range(3):
-        for j in range(3):
-            x.inertia[i, j] = p.inertia[i, j]
-    x.gravity_gradient_mu = p.mu if p.gravity_gradient else 0.0
-    lander_start.place(p, x.motion, x.quaternions)
-    x.motion[13] = p.mass
-    look(p, x)
-
-
-@kernel
-def look(p, x):
-    """Gravity, clearance and view angle of the state, and their extremes."""
-    site_gravity(p, x, x.motion, x.gravity)
-    x.clearance, x.view_angle = watched(p, x.motion, x.matrix)
-    distance = length(x.motion)
-    if distance > p.clearance_range and x.clearance < x.clearance_min:
-        x.clearance_min = x.clearance
-        x.clearance_min_time = x.flown
-    x.clearance_min_all = min(x.clearance_min_all, x.clearance)
-    if distance > p.view_range:
-        x.view_max = max(x.view_max, x.view_angle)
-    x.speed_max = max(x.speed_max, length(x.motion[3:6]))
-
-
-@kernel
 def tally(p, x, dt):
     """What a step of dt [s] from the state costs, under the delivered wrench."""
     if x.clearance < 0.0:
@@ -144,24 +117,55 @@ def tally(p, x, dt):
         x.saturated += dt
 
 
-@kernel
-def update(t_ns, p, x, command):
-    """One period under the wrench that the thrusters make of the command, held."""
-    if x.landed:
-        return
-    flow = apply_thrusters(p, command.wrench.force, command.wrench.torque, p.period, x.force, x.torque)
-    substeps = int(math.ceil(p.period / p.largest_step - 1e-9))
-    dt = p.period / substeps
-    for step in range(substeps):
-        tally(p, x, dt)
-        hold_step(p, x, x.motion, x.force, x.torque, flow, dt, x.matrix, x.work)
-        x.flown = (t_ns + (step + 1) * (p.period * SECOND) / substeps) / SECOND
+def moving(prepare, dynamics):
+    """The kernels `start` and `update` of a plant: ``prepare(p, x)`` places the site, `Dynamics` move the state."""
+    site_gravity, hold_step = dynamics.site_gravity, dynamics.hold_step
+
+    @kernel
+    def look(p, x):
+        """Gravity, clearance and view angle of the state, and their extremes."""
+        site_gravity(p, x, x.motion, x.gravity)
+        x.clearance, x.view_angle = watched(p, x.motion, x.matrix)
+        distance = length(x.motion)
+        if distance > p.clearance_range and x.clearance < x.clearance_min:
+            x.clearance_min = x.clearance
+            x.clearance_min_time = x.flown
+        x.clearance_min_all = min(x.clearance_min_all, x.clearance)
+        if distance > p.view_range:
+            x.view_max = max(x.view_max, x.view_angle)
+        x.speed_max = max(x.speed_max, length(x.motion[3:6]))
+
+    @kernel
+    def start(p, x):
+        prepare(p, x)
+        for i in range(3):
+            for j in range(3):
+                x.inertia[i, j] = p.inertia[i, j]
+        x.gravity_gradient_mu = p.mu if p.gravity_gradient else 0.0
+        lander_start.place(p, x.motion, x.quaternions)
+        x.motion[13] = p.mass
         look(p, x)
-        if touched_down(x.motion, p.contact_height, p.contact_radius):
-            x.landed = True
-            break
-    for i in range(3):
-        x.specific_force[i] = x.force[i] / x.motion[13]
+
+    @kernel
+    def update(t_ns, p, x, command):
+        """One period under the wrench that the thrusters make of the command, held."""
+        if x.landed:
+            return
+        flow = apply_thrusters(p, command.wrench.force, command.wrench.torque, p.period, x.force, x.torque)
+        substeps = int(math.ceil(p.period / p.largest_step - 1e-9))
+        dt = p.period / substeps
+        for step in range(substeps):
+            tally(p, x, dt)
+            hold_step(p, x, x.motion, x.force, x.torque, flow, dt, x.matrix, x.work)
+            x.flown = (t_ns + (step + 1) * (p.period * SECOND) / substeps) / SECOND
+            look(p, x)
+            if touched_down(x.motion, p.contact_height, p.contact_radius):
+                x.landed = True
+                break
+        for i in range(3):
+            x.specific_force[i] = x.force[i] / x.motion[13]
+
+    return start, update
 
 
 @kernel
@@ -252,7 +256,8 @@ class LanderPlant(Component):
                "pose": lander.TRUTH_POSE, "goal": lander.GOAL}
     output_rate_hz = {"summary": 1.0, "pose": 10.0, "goal": 1.0}
     rate_hz = 10.0
-    start, output, update = start, output, update
+    start, update = moving(prepare_site, ELLIPSOID)
+    output = output
     formatted = (Formatted("tf", "tf2_msgs/msg/TFMessage", "pose", craft_transform),
                  Formatted("tf", "tf2_msgs/msg/TFMessage", "goal", site_transform))
 
@@ -261,16 +266,21 @@ class LanderPlant(Component):
         """A random start replaces the start_ values; the goal_ values follow from body and site."""
         if values["draw_seed"] >= 0:
             values = {**values, **lander_start.drawn(values["draw_seed"])}
+        position, rotation, gravity = cls.site(values, where)
+        goal, spin = site_in_landing_frame(rotation, position, values["body_spin"])
+        return {**values, "goal_position": goal.tolist(), "goal_spin": [float(part) for part in spin],
+                "goal_gravity": math.sqrt(sum(part * part for part in gravity))}
+
+    @classmethod
+    def site(cls, values, where):
+        """rho (3,) [m] in A, R_AD (3, 3) and g^A (3) [m/s^2] of the goal."""
         try:
             position, rotation = ellipsoid_site(
                 values["semi_axes"], values["site_latitude"], values["site_longitude"], values["site_height"])
         except FlightError as error:
             raise FlightError(f"{where}.site_height: {error}") from None
-        goal, spin = site_in_landing_frame(rotation, position, values["body_spin"])
         body = Ellipsoid(values["mu"], np.array(values["semi_axes"]))
-        gravity = plain(ellipsoid_gravity)(body, *map(float, position))
-        return {**values, "goal_position": goal.tolist(), "goal_spin": [float(part) for part in spin],
-                "goal_gravity": math.sqrt(sum(part * part for part in gravity))}
+        return position, rotation, plain(ellipsoid_gravity)(body, *map(float, position))
 
     @classmethod
     def check(cls, values, where):

@@ -1,4 +1,4 @@
-"""The landing site of a scenario and the on-board gravity model: the one place where the lander's field is named.
+"""The landing site of a scenario and the on-board gravity model: for an ellipsoid in closed form.
 
 `prepare_site` makes the frame D of a site on an ellipsoid from its latitude, longitude and height (see
 `sim_nodes.ellipsoid_gravity.ellipsoid_site`). `GravityModel` stands in for a table that flight software would carry:
@@ -71,19 +71,19 @@ class GravityModelState(State):
     acceleration: Vec3
 
 
-@kernel
-def start(p, x):
-    prepare_site(p, x)
+def gravity_model(site_gravity):
+    """The model's kernel for a body's `site_gravity` (see `sim_nodes.lander_dynamics.dynamics`)."""
 
+    @kernel
+    def model(t_ns, p, x, odometry, gravity):
+        """g^D of the model at the position of the odometry [m/s^2]."""
+        for i in range(3):
+            x.place[i] = odometry.pose.pose.position[i]
+        site_gravity(p, x, x.place, x.acceleration)
+        for i in range(3):
+            gravity.accel.linear[i] = p.scale * x.acceleration[i]
 
-@kernel
-def model(t_ns, p, x, odometry, gravity):
-    """g^D of the model at the position of the odometry [m/s^2]."""
-    for i in range(3):
-        x.place[i] = odometry.pose.pose.position[i]
-    site_gravity(p, x, x.place, x.acceleration)
-    for i in range(3):
-        gravity.accel.linear[i] = p.scale * x.acceleration[i]
+    return model
 
 
 class GravityModel(Component):
@@ -92,4 +92,4 @@ class GravityModel(Component):
     parameters, state = GravityModelParameters, GravityModelState
     inputs, outputs = {"odometry": lander.ODOMETRY}, {"gravity": lander.GRAVITY}
     rate_hz = 10.0
-    start, kernel = start, model
+    start, kernel = prepare_site, gravity_model(site_gravity)

@@ -10,6 +10,8 @@ EXECUTABLES = {
     "lander_imu": "sim_nodes.lander_sensors:Imu",
     "lander_noisy_navigation": "sim_nodes.lander_sensors:NoisyNavigation",
     "lander_plant": "sim_nodes.lander_plant:LanderPlant",
+    "lander_polyhedral_gravity_model": "sim_nodes.lander_polyhedral:PolyhedralGravityModel",
+    "lander_polyhedral_plant": "sim_nodes.lander_polyhedral:PolyhedralPlant",
     "lander_site_camera": "sim_nodes.lander_sensors:SiteCamera",
     "lander_star_tracker": "sim_nodes.lander_sensors:StarTracker",
     "recorder": "flight_graph.ros.recorder:main",

@@ -72,15 +72,18 @@ def edge_terms(a_x, a_y, a_z, b_x, b_y, b_z, a, b, n_x, n_y, n_z):
 
 
 @kernel
-def polyhedron_field(body, x, y, z):
-    """Gravity g (3 floats) [m/s^2] and its gradient (xx, xy, xz, yy, yz, zz) [1/s^2] at (x, y, z) [m], body axes."""
+def faces_field(vertices, faces, count, strength, x, y, z):
+    """Gravity g (3 floats) [m/s^2] and its gradient (xx, xy, xz, yy, yz, zz) [1/s^2] at (x, y, z) [m], body axes.
+
+    Of the first ``count`` faces; the arrays may be longer, and hold whole numbers as floats.
+    """
     g_x, g_y, g_z = 0.0, 0.0, 0.0
     xx, xy, xz, yy, yz, zz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for f in range(body.faces.shape[0]):
-        i, j, k = body.faces[f, 0], body.faces[f, 1], body.faces[f, 2]
-        a_x, a_y, a_z = body.vertices[i, 0] - x, body.vertices[i, 1] - y, body.vertices[i, 2] - z
-        b_x, b_y, b_z = body.vertices[j, 0] - x, body.vertices[j, 1] - y, body.vertices[j, 2] - z
-        c_x, c_y, c_z = body.vertices[k, 0] - x, body.vertices[k, 1] - y, body.vertices[k, 2] - z
+    for f in range(count):
+        i, j, k = int(faces[f, 0]), int(faces[f, 1]), int(faces[f, 2])
+        a_x, a_y, a_z = vertices[i, 0] - x, vertices[i, 1] - y, vertices[i, 2] - z
+        b_x, b_y, b_z = vertices[j, 0] - x, vertices[j, 1] - y, vertices[j, 2] - z
+        c_x, c_y, c_z = vertices[k, 0] - x, vertices[k, 1] - y, vertices[k, 2] - z
         a = math.sqrt(a_x * a_x + a_y * a_y + a_z * a_z)
         b = math.sqrt(b_x * b_x + b_y * b_y + b_z * b_z)
         c = math.sqrt(c_x * c_x + c_y * c_y + c_z * c_z)
@@ -104,8 +107,14 @@ def polyhedron_field(body, x, y, z):
         yy += n_y * t_y
         yz += 0.5 * (n_y * t_z + n_z * t_y)
         zz += n_z * t_z
-    s = body.strength
+    s = strength
     return s * g_x, s * g_y, s * g_z, s * xx, s * xy, s * xz, s * yy, s * yz, s * zz
+
+
+@kernel
+def polyhedron_field(body, x, y, z):
+    """`faces_field` of a ``body``: `Polyhedron` or its like."""
+    return faces_field(body.vertices, body.faces, body.faces.shape[0], body.strength, x, y, z)
 
 
 @kernel

@@ -1,0 +1,209 @@
+"""The lander near a homogeneous polyhedron, a superellipsoid's mesh or a user's own, and its gravity model on board.
+
+Plant and gravity model are those of `sim_nodes.lander_plant` and `sim_nodes.lander_site`; body, surface and field are
+those of `sim_nodes.gravity`. A mesh is no parameter: it stands in tables of the state, of a fixed capacity. A
+superellipsoid's surface is taken in closed form, its gravity from the inscribed mesh with the same mass.
+Frames: A is the body's (z along the spin; latitude and longitude are planetocentric), D stands on the surface's normal.
+"""
+
+import math
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from flight_graph.errors import FlightError
+from flight_graph.kernel import kernel
+from flight_graph.records import Array, Choice, Vec3, field
+from sim_nodes.ellipsoid_gravity import site_frame
+from sim_nodes.gravity import bodies
+from sim_nodes.gravity.polyhedron import Polyhedron, evaluate, faces_field
+from sim_nodes.gravity.superellipsoid import Superellipsoid, exponent_for_volume
+from sim_nodes.lander_dynamics import dynamics
+from sim_nodes.lander_plant import LanderPlant, LanderPlantParameters, LanderPlantState, moving
+from sim_nodes.lander_site import GravityModel, GravityModelParameters, GravityModelState, gravity_model
+
+FACES, VERTICES = 1280, 1280  # capacity of the tables; a closed surface in one piece has half as many vertices as faces
+BENNU_EXPONENT = exponent_for_volume(*bodies.BENNU_SEMI_AXES, bodies.sphere_volume(bodies.BENNU_MEAN_RADIUS))
+RIGHT_ANGLE = 0.5 * math.pi  # [rad]
+
+# entries that plant and gravity model share
+MODEL = field("superellipsoid", doc="semi_axes and exponent as a mesh, or the mesh of a file")
+AXES = field(bodies.BENNU_SEMI_AXES, unit="m", gt=0, source="Bennu", doc="of the superellipsoid")
+EXPONENT = field(BENNU_EXPONENT, unit="1", ge=1, le=50, source="Bennu's volume",
+                 doc="of the superellipsoid: 1 a double cone, 2 the ellipsoid")
+FREQUENCY = field(7, ge=2, le=8,
+                  doc="of the superellipsoid's mesh: an icosahedron's edges cut into so many parts, 20 n^2 faces")
+MESH = field("", doc=f"Wavefront .obj file of mesh, centred on its mass, of {FACES} faces at most")
+SCALE = field(1.0, unit="m", gt=0, doc="of one unit of that file; 1000 for kilometres")
+MU = field(bodies.BENNU_GM, unit="m^3/s^2", gt=0, source="Bennu", doc="gravitational parameter of the body")
+SPIN = field(bodies.BENNU_SPIN, unit="rad/s", source="Bennu, 4.296 h", doc="about z_A")
+LATITUDE = field(math.radians(25.0), unit="rad", gt=-RIGHT_ANGLE, lt=RIGHT_ANGLE, doc="of the mark, planetocentric")
+LONGITUDE = field(math.radians(40.0), unit="rad", doc="of the mark")
+
+
+class PolyhedralPlantParameters(LanderPlantParameters):
+    gravity_model: Choice("superellipsoid", "mesh") = MODEL
+    semi_axes: Vec3 = AXES
+    exponent: float = EXPONENT
+    mesh_frequency: int = FREQUENCY
+    mesh: str = MESH
+    mesh_scale: float = SCALE
+    mu: float = MU
+    body_spin: float = SPIN
+    site_latitude: float = LATITUDE
+    site_longitude: float = LONGITUDE
+
+
+class PolyhedralPlantState(LanderPlantState):
+    vertices: Array(VERTICES, 3)
+    faces: Array(FACES, 3)
+    face_count: int
+    strength: float
+
+
+class PolyhedralGravityModelParameters(GravityModelParameters):
+    gravity_model: Choice("superellipsoid", "mesh") = MODEL
+    semi_axes: Vec3 = AXES
+    exponent: float = EXPONENT
+    mesh_frequency: int = FREQUENCY
+    mesh: str = MESH
+    mesh_scale: float = SCALE
+    mu: float = MU
+    body_spin: float = SPIN
+    site_latitude: float = LATITUDE
+    site_longitude: float = LONGITUDE
+
+
+class PolyhedralGravityModelState(GravityModelState):
+    vertices: Array(VERTICES, 3)
+    faces: Array(FACES, 3)
+    face_count: int
+    strength: float
+
+
+@lru_cache(maxsize=8)
+def _superellipsoid(mu, semi_axes, exponent, frequency):
+    return bodies.SuperellipsoidBody(mu, Superellipsoid(*semi_axes, exponent), frequency)
+
+
+def body_of(values: dict, where: str):
+    """The body (see `sim_nodes.gravity.bodies`) that the parameters name. Raises FlightError."""
+    if values["gravity_model"] == "superellipsoid":
+        return _superellipsoid(values["mu"], tuple(values["semi_axes"]), values["exponent"], values["mesh_frequency"])
+    if not values["mesh"]:
+        raise FlightError(f"{where}.mesh: gravity_model mesh needs a Wavefront .obj file")
+    try:
+        body = bodies.from_obj(Path(values["mesh"]), values["mu"], values["mesh_scale"])
+    except FlightError as error:
+        raise FlightError(f"{where}.mesh: {error}") from None
+    used = len(np.unique(body.polyhedron.faces))
+    if len(body.polyhedron.faces) > FACES or used > VERTICES:
+        raise FlightError(f"{where}.mesh: {values['mesh']} has {len(body.polyhedron.faces)} faces on {used} vertices; "
+                          f"allowed: {FACES} faces on {VERTICES} vertices at most; decimate the mesh")
+    return body
+
+
+def site_of(values: dict, where: str) -> tuple[np.ndarray, np.ndarray]:
+    """rho (3,) [m] in A and R_AD (3, 3) of the goal over the body's surface. Raises FlightError."""
+    body, height = body_of(values, where), values["site_height"]
+    if height < 0.0:
+        raise FlightError(f"{where}.site_height: the landing site lies inside the body: height is {height} m; "
+                          "it must be >= 0 m")
+    try:
+        point, normal = body.surface(values["site_latitude"], values["site_longitude"])
+        position, rotation = site_frame(point + height * normal, normal)
+        require_outside(body.polyhedron, position)
+    except FlightError as error:
+        raise FlightError(f"{where}: {error}") from None
+    return position, rotation
+
+
+def require_outside(polyhedron: Polyhedron, position) -> None:
+    """Refuse a point (3,) [m] inside: there the trace of the gravity gradient is -4 pi G sigma, outside it is 0."""
+    turns = -float(np.trace(evaluate(polyhedron, position)[1][0])) / (4.0 * math.pi * polyhedron.strength)
+    if turns > 0.9:  # [-] on a face it is 0.5
+        place = tuple(round(float(part), 3) for part in position)
+        raise FlightError(f"the landing site {place} m lies inside the body; "
+                          "another latitude, longitude or height puts it outside")
+
+
+def located(values: dict, folder: Path | None) -> dict:
+    """The values with the mesh file's whole path: a relative one starts at ``folder`` if it is there."""
+    if values["gravity_model"] != "mesh" or not values["mesh"]:
+        return values
+    path = Path(values["mesh"])
+    if not path.is_absolute() and folder is not None and (folder / path).is_file():
+        path = folder / path
+    return {**values, "mesh": str(path.resolve())}
+
+
+def body_tables(values: dict, where: str) -> dict:
+    """Mesh and site, for the entries of `PolyhedralPlantState` and `PolyhedralGravityModelState`."""
+    polyhedron = body_of(values, where).polyhedron
+    position, rotation = site_of(values, where)
+    used, faces = np.unique(polyhedron.faces, return_inverse=True)
+    tables = {"vertices": np.zeros((VERTICES, 3)), "faces": np.zeros((FACES, 3)), "face_count": len(polyhedron.faces),
+              "strength": polyhedron.strength, "site_position": position, "site_rotation": rotation}
+    tables["vertices"][:len(used)] = polyhedron.vertices[used]
+    tables["faces"][:len(polyhedron.faces)] = faces.reshape(-1, 3)
+    # D from A: about z_A by 90 deg + atan2(up_y, up_x), then about x by the angle of the normal from z_A
+    up = rotation[:, 2]
+    heading = 0.5 * (RIGHT_ANGLE + math.atan2(up[1], up[0]))
+    tilt = 0.5 * math.atan2(math.hypot(up[0], up[1]), up[2])
+    tables["site_orientation"] = np.array([math.cos(heading) * math.sin(tilt), math.sin(heading) * math.sin(tilt),
+                                           math.sin(heading) * math.cos(tilt), math.cos(heading) * math.cos(tilt)])
+    return tables
+
+
+@kernel
+def gravity_of_faces(field, p, x, y, z):
+    """`faces_field`'s gravity of the tables in ``p``."""
+    terms = faces_field(p.vertices, p.faces, p.face_count, p.strength, x, y, z)
+    return terms[0], terms[1], terms[2]
+
+
+@kernel
+def prepare_site(p, x):
+    """The site stands in the tables already."""
+    x.spin = p.body_spin
+
+
+POLYHEDRON = dynamics(gravity_of_faces)
+
+
+class PolyhedralPlant(LanderPlant):
+    """The lander near a rotating polyhedron, a superellipsoid's or a user's mesh: body, thrusters, contact trigger."""
+
+    parameters, state = PolyhedralPlantParameters, PolyhedralPlantState
+    start, update = moving(prepare_site, POLYHEDRON)
+
+    @classmethod
+    def resolve(cls, values, where, folder=None):
+        return super().resolve(located(values, folder), where, folder)
+
+    @classmethod
+    def site(cls, values, where):
+        position, rotation = site_of(values, where)
+        return position, rotation, evaluate(body_of(values, where).polyhedron, position)[0][0].tolist()
+
+    @classmethod
+    def tables(cls, values):
+        return body_tables(values, "plant")
+
+
+class PolyhedralGravityModel(GravityModel):
+    """On-board gravity model near a polyhedron: the true field at the estimated position, times a factor."""
+
+    parameters, state = PolyhedralGravityModelParameters, PolyhedralGravityModelState
+    start, kernel = prepare_site, gravity_model(POLYHEDRON.site_gravity)
+
+    @classmethod
+    def resolve(cls, values, where, folder=None):
+        values = located(values, folder)
+        site_of(values, where)
+        return values
+
+    @classmethod
+    def tables(cls, values):
+        return body_tables(values, "gravity")
