@@ -32,7 +32,7 @@ def run(node) -> None:
         node.progress.tell(t_ns)
         if settings.clock_master and t_ns % SECOND < settings.period_ns:
             node.announce({"progress": t_ns / SECOND})
-    node.progress.tell(end_ns, last=True)
+    node.progress.tell(end_ns, now=True)
     if settings.clock_master:
         wait_for_nodes(node, end_ns)
     node.wall_s = time.perf_counter() - began

@@ -28,9 +28,9 @@ class Progress:
             return "the clock master: it has not appeared"
         return None
 
-    def tell(self, t_ns: int, last: bool = False) -> None:
-        """Say that everything stamped before t is done (sent now and then, and always when ``last``)."""
-        if self._watched and (last or self._told_ns < 0 or t_ns - self._told_ns >= self._every_ns):
+    def tell(self, t_ns: int, now: bool = False) -> None:
+        """Say that everything stamped before t is done (sent now and then, and always when ``now``)."""
+        if self._watched and (now or self._told_ns < 0 or t_ns - self._told_ns >= self._every_ns):
             self._told_ns = t_ns
             sec, nanosec = stamp_parts(self._epoch_ns + t_ns)
             self._publisher.publish(ENCAPSULATION + struct.pack("<iI", sec, nanosec))

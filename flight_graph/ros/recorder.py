@@ -124,7 +124,7 @@ def run(node, scenario: Scenario, folder: Path, settings) -> dict:
             recorder.drain()
             mark = recorder.watermark()
             recorder.write_before(mark)
-            progress.tell(mark)
+            progress.tell(mark, now=True)
             time.sleep(DRAIN_S)
         complete = recorder.done
         if not complete:
@@ -138,7 +138,7 @@ def run(node, scenario: Scenario, folder: Path, settings) -> dict:
     if settings.lockstep and lost:
         raise FlightError(f"{node.get_name()}: messages were lost in lockstep: " + ", ".join(
             f"{count} on {topic}" for topic, count in lost.items()))
-    progress.tell(recorder.end_ns, last=True)
+    progress.tell(recorder.end_ns, now=True)
     return outcome
 
 

@@ -25,7 +25,12 @@ def flight(*arguments, cwd, timeout=120, **changes) -> subprocess.CompletedProce
 def start(*arguments, cwd, **changes) -> subprocess.Popen:
     """Start a command in a process group of its own."""
     return subprocess.Popen([*FLIGHT, *map(str, arguments)], cwd=cwd, env=environment(**changes), text=True,
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, process_group=0)
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, process_group=0, preexec_fn=_hear_interrupts)
+
+
+def _hear_interrupts():
+    """A test run that was started in the background ignores SIGINT, and so would all that it starts."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 @contextmanager
