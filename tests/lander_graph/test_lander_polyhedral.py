@@ -6,13 +6,15 @@ from scipy.spatial.transform import Rotation
 
 from flight_graph.component import Component
 from flight_graph.errors import FlightError
+from flight_graph.kernel import fingerprint
 from flight_graph.records import Array, State
 from flight_graph.scenario import load
 from sim_nodes.ellipsoid_gravity import Ellipsoid, ellipsoid_gravity
 from sim_nodes.gravity import bodies, mesh
 from sim_nodes.gravity.polyhedron import evaluate
 from sim_nodes.gravity.superellipsoid import Superellipsoid
-from sim_nodes.lander_polyhedral import FACES, require_outside
+from sim_nodes.lander_plant import LanderPlant
+from sim_nodes.lander_polyhedral import FACES, PolyhedralPlant, require_outside
 
 NAME = "lander_bennu_polyhedral"
 
@@ -133,3 +135,8 @@ def test_a_table_of_the_wrong_shape_is_refused():
     assert Filled.initial_state({"length": 4})["row"][0].tolist() == [0.0, 1.0, 2.0, 3.0]
     with pytest.raises(TypeError, match="row has the shape"):
         Filled.initial_state({"length": 1})
+
+
+def test_machine_code_is_kept_apart():
+    """The two plants' kernels have one source text; they differ in the gravity that they enclose."""
+    assert fingerprint(LanderPlant.update) != fingerprint(PolyhedralPlant.update)
