@@ -86,6 +86,7 @@ def test_resolved_scenario_resolves_to_itself():
     assert again.resolved() == first.resolved()
 
 
+@pytest.mark.xdist_group("spacerobot_rls")
 def test_spoiled_covariance_is_repaired_and_reported():
     """G loses symmetry, then positivity, between two samples: the run goes on with a positive G and counts both."""
     run = CompiledRun(load("spacerobot_harmonic_rls", {"duration_s": 0.2}))

@@ -15,6 +15,8 @@ from papers.spacerobot.metrics import attitude_errors
 from spacerobot_ros.inertial_parameters import smallest_pseudo_inertia_eigenvalues
 from spacerobot_ros.model import find_model
 
+pytestmark = pytest.mark.xdist_group("spacerobot_rls")  # one process compiles the graph
+
 LEARNT_NOTHING = {"controller.prior_eta": 0.0, "estimator.learn": False}
 
 
