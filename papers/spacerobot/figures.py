@@ -40,13 +40,16 @@ def overview(scenario, signals, path) -> Path:
     return _save(figure, f"{scenario.file.title} ({scenario.name})", path)
 
 
-def draw(folder, advance=None) -> list[Path]:
-    """Draw all figures of the paper into a folder. advance(done, total, what) is called after each."""
+def draw(folder, advance=None, kept=None) -> list[Path]:
+    """Draw all figures of the paper into a folder. advance(done, total, what) is called after each.
+
+    kept(scenario) gives the signals of a run from its bag (`flight_graph.kept_runs`).
+    """
     folder, made = Path(folder), []
     jobs = [("fig8", figure_8), ("fig9", figure_9), ("fig10", figure_10), ("fig11_12", figure_11_12),
             ("fig13", figure_13)]
     for number, (name, function) in enumerate(jobs):
-        made.append(function(folder / f"spacerobot_{name}.png"))
+        made.append(function(folder / f"spacerobot_{name}.png", kept))
         if advance:
             advance(number + 1, len(jobs), name)
     return made
@@ -61,11 +64,11 @@ def errors(scenario, signals) -> tuple:
         reference["joints"] - truth["joints"])
 
 
-def figure_8(path) -> Path:
+def figure_8(path, kept=None) -> Path:
     """Orientation task with true parameters."""
     pyplot = _pyplot()
     figure, panels = pyplot.subplots(1, 2, figsize=(11.0, 4.2), layout="constrained")
-    t, attitude, joints = errors(*_run("spacerobot_step"))
+    t, attitude, joints = errors(*_run("spacerobot_step", kept))
     for k in range(3):
         panels[0].plot(t, attitude[:, k], label=AXIS_NAMES[k])
     for i in range(joints.shape[1]):
@@ -75,15 +78,15 @@ def figure_8(path) -> Path:
     return _finish(figure, panels, "Fig. 8: orientation task, true parameters", path)
 
 
-def figure_9(path) -> Path:
+def figure_9(path, kept=None) -> Path:
     """The same with four priors: roll error; and the harmonics with eq. (46) read as variance, K_D / 10."""
     pyplot = _pyplot()
     figure, panels = pyplot.subplots(1, 2, figsize=(11.0, 4.2), layout="constrained")
     for seed, style in zip(range(1, 5), ("-", "--", "-.", ":")):
-        t, attitude, _ = errors(*_run("spacerobot_step", **PRIOR, **{"controller.prior_seed": seed}))
+        t, attitude, _ = errors(*_run("spacerobot_step", kept, **PRIOR, **{"controller.prior_seed": seed}))
         panels[0].plot(t, attitude[:, 0], style, lw=2.0, label=f"prior {seed}, eta 20 %")
     for seed, eta in ((101, 0.1), (102, 0.16), (103, 0.22), (104, 0.28)):
-        t, attitude, _ = errors(*_run("spacerobot_harmonic", **VARIANCE, **{
+        t, attitude, _ = errors(*_run("spacerobot_harmonic", kept, **VARIANCE, **{
             "controller.prior_seed": seed, "controller.prior_eta": eta}))
         panels[1].semilogy(t, np.linalg.norm(attitude, axis=1), label=f"prior {seed}, eta {100.0 * eta:g} %")
     panels[0].set(ylabel="roll error [deg]", xlim=(0.0, 20.0), title="step, eq. (46) as printed: nothing diverges")
@@ -91,25 +94,25 @@ def figure_9(path) -> Path:
     return _finish(figure, panels, "Fig. 9: parameters known before flight only, no update", path)
 
 
-def figure_10(path) -> Path:
+def figure_10(path, kept=None) -> Path:
     """Lambda from 0.4 to 2, printed law and the reading that shows the paper's trend."""
     pyplot = _pyplot()
     figure, panels = pyplot.subplots(1, 2, figsize=(11.0, 4.2), layout="constrained")
     for panel, form in zip(panels, ("slotine_li", "desired_feedforward")):
         for gain in (0.4, 0.8, 1.2, 1.6, 2.0):
-            t, attitude, _ = errors(*_run("spacerobot_step", **{"controller.gain": gain, "controller.form": form}))
+            t, attitude, _ = errors(*_run("spacerobot_step", kept, **{"controller.gain": gain, "controller.form": form}))
             panel.plot(t, attitude[:, 0], label=f"Lambda {gain:g}")
         panel.set_title(form)
         panel.set(xlim=(0.0, 20.0), ylabel="roll error [deg]")
     return _finish(figure, panels, "Fig. 10: roll error, printed law and reading", path)
 
 
-def figure_11_12(path) -> Path:
+def figure_11_12(path, kept=None) -> Path:
     """Harmonic tracking: attitude error, and the base's Ixx, Iyy, Izz over the true ones."""
     pyplot = _pyplot()
     figure, panels = pyplot.subplots(1, 2, figsize=(11.0, 4.2), layout="constrained")
     for name, label, style in (("rls", "least squares", "-"), ("lyapunov", "Lyapunov", "--")):
-        scenario, signals = _run(f"spacerobot_harmonic_{name}")
+        scenario, signals = _run(f"spacerobot_harmonic_{name}", kept)
         t, attitude, _ = errors(scenario, signals)
         panels[0].semilogy(t, np.linalg.norm(attitude, axis=1), style, label=label)
         estimate, true = signals["spacerobot/parameters"]["pi"], signals["spacerobot/truth/parameters"]["pi"]
@@ -121,7 +124,7 @@ def figure_11_12(path) -> Path:
     return _finish(figure, panels, figure_title, path, columns=2)
 
 
-def figure_13(path) -> Path:
+def figure_13(path, kept=None) -> Path:
     """Rms of the attitude error against eta for no update, least squares and Lyapunov's law."""
     pyplot = _pyplot()
     figure, panel = pyplot.subplots(figsize=(6.5, 4.2), layout="constrained")
@@ -130,18 +133,18 @@ def figure_13(path) -> Path:
                         ("spacerobot_harmonic_lyapunov", "Lyapunov")):
         values = []
         for eta in etas:
-            t, attitude, _ = errors(*_run(name, **{**SLOW, "controller.prior_eta": eta}))
+            t, attitude, _ = errors(*_run(name, kept, **{**SLOW, "controller.prior_eta": eta}))
             values.append(np.sqrt(np.mean(np.sum(attitude[t >= 20.0] ** 2, axis=1))))
         panel.plot(100.0 * np.array(etas), values, "o-", label=label)
     panel.set(xlabel="eta [%]", ylabel="attitude rms, t >= 20 s [deg]", ylim=(0.0, None))
     return _finish(figure, [panel], "Fig. 13: error against the prior's, K_D / 4", path)
 
 
-def _run(name, **overrides):
+def _run(name, kept, **overrides):
     from flight_graph.runs import simulate
     from flight_graph.scenario import load
     scenario = load(name, overrides)
-    return scenario, simulate(scenario)
+    return scenario, (kept or simulate)(scenario)
 
 
 def _pyplot():
