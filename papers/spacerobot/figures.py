@@ -100,7 +100,8 @@ def figure_10(path, kept=None) -> Path:
     figure, panels = pyplot.subplots(1, 2, figsize=(11.0, 4.2), layout="constrained")
     for panel, form in zip(panels, ("slotine_li", "desired_feedforward")):
         for gain in (0.4, 0.8, 1.2, 1.6, 2.0):
-            t, attitude, _ = errors(*_run("spacerobot_step", kept, **{"controller.gain": gain, "controller.form": form}))
+            t, attitude, _ = errors(*_run("spacerobot_step", kept, **{
+                "controller.gain": gain, "controller.form": form}))
             panel.plot(t, attitude[:, 0], label=f"Lambda {gain:g}")
         panel.set_title(form)
         panel.set(xlim=(0.0, 20.0), ylabel="roll error [deg]")
