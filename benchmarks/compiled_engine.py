@@ -45,7 +45,7 @@ def probe(scenario: str, cache: str, folder: str) -> dict:
 
 
 def main() -> None:
-    table = Table("scenario", "ticks", "first compile [s]", "warm start to first step [s]", "real-time factor",
+    table = Table("scenario", "ticks", "first compile, s", "warm start to first step, s", "real-time factor",
                   "us a tick", "bag, us a message", title="compiled engine", title_justify="left")
     for scenario in sys.argv[1:] or SCENARIOS:
         with tempfile.TemporaryDirectory() as folder:

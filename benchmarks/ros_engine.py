@@ -34,14 +34,14 @@ def main() -> None:
         table.add_row("lockstep, ticks a second", f"{ticks / run.wall_s:.0f}")
         table.add_row("lockstep, microseconds a hop (4 hops a tick)", f"{1e6 * run.wall_s / ticks / HOPS:.0f}")
         table.add_row("lockstep, real-time factor", f"{120 / run.wall_s:.1f}")
-        table.add_row("start and end of all processes [s]", f"{whole - run.wall_s:.1f}")
+        table.add_row("start and end of all processes, s", f"{whole - run.wall_s:.1f}")
         scenario = load("cubli_asteroid", {"duration_s": seconds})
         run = launcher.run(scenario, Path(folder) / "realtime", pace="realtime")
         plant = run.statistics["plant"]
         table.add_row(f"realtime, 100 Hz for {seconds:g} s: late commands", str(plant["late_inputs"]))
         table.add_row("realtime, deadline misses", str(plant["deadline_misses"]))
         for percent in (50, 90, 99, 100):
-            table.add_row(f"realtime, plant to command, {percent} % [us]", f"{plant[f'latency_us_p{percent}']:.0f}")
+            table.add_row(f"realtime, plant to command, {percent} %, us", f"{plant[f'latency_us_p{percent}']:.0f}")
         table.add_row("realtime, messages lost", run.outcome["lost"])
     Console(width=120).print(table)
 

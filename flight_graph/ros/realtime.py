@@ -140,7 +140,7 @@ def _run_follower(node):
             continue
         if t_ns is None:
             trigger.subscription.wait(SECOND)
-            if trigger.stamp_ns is None:
+            if trigger.stamp_ns is None and not settings.supervised:
                 node.get_logger().info(f"waiting for {trigger.subscription.topic}", throttle_duration_sec=5.0)
             continue
         trigger.accept()
