@@ -9,3 +9,10 @@ def pytest_configure(config):
     session = os.environ.get("PYTEST_XDIST_TESTRUNUID", str(os.getpid()))
     os.environ["ROS_DOMAIN_ID"] = str(10 + (zlib.crc32(session.encode()) + int(worker)) % 80)
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+
+
+def pytest_sessionfinish(session):
+    """Tests that kill nodes leave the middleware's shared memory behind: remove what nobody uses any more."""
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        from flight_graph.ros import shared_memory
+        shared_memory.clean()

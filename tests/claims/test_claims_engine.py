@@ -41,7 +41,7 @@ def made(monkeypatch):
     """Runs that cost nothing; the list of names asked for."""
     asked = []
 
-    def run_all(entries, jobs, progress=None):
+    def run_all(entries, jobs, progress=None, kept=None):
         asked.extend(entries)
         return {name: FOUND[name] for name in entries}
     monkeypatch.setattr(claims, "run_all", run_all)
