@@ -87,6 +87,7 @@ class Launch:
         self.pids, self.error, self.master_done, self.crashed = {}, None, False, False
         self.names = [spec["name"] for spec in specs]
         self._unborn = set(self.names)  # nodes that the spawner has not started yet
+        self._killed = set()  # nodes that did not end when they were asked to
         environment = {**os.environ, "PYTHONUNBUFFERED": "1", "OPENBLAS_NUM_THREADS": "1"}  # one thread: it forks
         self.process = subprocess.Popen(
             [sys.executable, "-m", "flight_graph.ros.spawner"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
@@ -130,7 +131,7 @@ class Launch:
         elif "exit" in event:
             self.pids.pop(name, None)
             self.crashed = self.crashed or event["exit"] < 0
-            if event["exit"] and not self.error:
+            if event["exit"] and name not in self._killed and not self.error:
                 self.error = f"the node {name} ended by itself ({_how(event['exit'])})"
         elif "progress" in event:
             if self.progress:
@@ -144,7 +145,11 @@ class Launch:
                 self.master_done, self.result.wall_s = True, event["wall_s"]
 
     def _end_nodes(self):
-        """SIGTERM to the nodes, then to the recorder, which drains and closes the bag; SIGKILL to what hangs."""
+        """SIGTERM to the nodes, then to the recorder, which drains and closes the bag; SIGKILL to what hangs.
+
+        A node that hangs in its own end (the middleware's exit can) has done its work: that is no error of the run.
+        """
+        grace_s = 5.0 if self.result.outcome else 15.0  # [s] without an outcome the recorder still has to drain
         while self._unborn and not self._lines.empty() and (line := self._lines.get()) is not None:
             self._event(line)
         if self._unborn:
@@ -152,7 +157,8 @@ class Launch:
         for names in ([name for name in self.names if name != RECORDER], [RECORDER]):
             self._signal(names, signal.SIGTERM)
             self._signal(names, signal.SIGCONT)  # a stopped one wakes up and ends
-            if not self._wait_gone(names, 15.0):
+            if not self._wait_gone(names, grace_s):
+                self._killed |= {name for name in names if name in self.pids}
                 self._signal(names, signal.SIGKILL)
                 self._wait_gone(names, 5.0)
         self.process.wait(timeout=10)
