@@ -23,6 +23,7 @@ pytest.importorskip("rclpy")
 pytestmark = pytest.mark.ros
 
 from benchmarks.kill_recovery import kill_once  # noqa: E402
+from flight_graph.ros import shared_memory  # noqa: E402
 from flight_graph.ros.environment import prepare_environment  # noqa: E402
 
 prepare_environment()
@@ -36,6 +37,16 @@ T = STORE.types
 def command(*arguments, **options):
     return subprocess.Popen([*COMMAND, *map(str, arguments)], env={**os.environ, "PYTHONPATH": str(ROOT)}, text=True,
                             stdout=subprocess.PIPE, stderr=subprocess.PIPE, **options)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def nothing_of_killed_nodes_stays():
+    """What kill -9 leaves in shared memory is removed, as the next run of a scenario would do."""
+    yield
+    deadline = time.monotonic() + 10.0  # [s]
+    while shared_memory.leftovers(0.0) and time.monotonic() < deadline:
+        shared_memory.clean()
+        time.sleep(0.1)
 
 
 @pytest.fixture(scope="module")
