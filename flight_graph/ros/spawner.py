@@ -41,7 +41,7 @@ def main() -> int:
     announce = _announce("spawner")
     for spec in specs:
         with warnings.catch_warnings(action="ignore", category=DeprecationWarning):
-            pid = os.fork()  # the middleware's library has started two idle threads; the children need neither
+            pid = os.fork()  # the middleware's libraries have started the tracer's threads, and only those
         if pid == 0:
             return _child(spec, own)  # an ordinary exit: the middleware removes its shared memory then
         children[pid] = spec["name"]
@@ -60,7 +60,7 @@ def _import_once(specs):
     from flight_graph.ros.environment import prepare_environment
     prepare_environment()
     from flight_graph import registry, steps
-    from flight_graph.ros import entry, lockstep, node, ports, realtime, recorder, recorder_node  # noqa: F401
+    from flight_graph.ros import entry, lockstep, node, ports, realtime, recorder, recorder_node, tracer  # noqa: F401
     types = {"rosgraph_msgs/msg/Clock"}
     for spec in specs:
         if spec["use"] not in PROGRAMS:
@@ -71,6 +71,7 @@ def _import_once(specs):
         metaclass = type(ports.message_class(type_name))
         metaclass.__import_type_support__()
     importlib.import_module("rclpy.lifecycle")
+    tracer.follow_forks()
 
 
 def _child(spec, parent) -> int:
