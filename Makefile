@@ -6,6 +6,7 @@ UV_VERSION := 0.13.9
 # One stamp for the locked packages, which depend on the ROS 2 that is sourced, if any, and one for this project.
 PACKAGES := $(VENV)/.packages$(addprefix -,$(or $(ROS),$(ROS_DISTRO)))
 PROJECT := $(VENV)/.project
+READER := tests/bag/javascript/node_modules
 INSTALLED := setup.py package.xml pyproject.toml $(wildcard */nodes.py launch/*/* config/*/* papers/*/__init__.py)
 
 .DEFAULT_GOAL := help
@@ -22,7 +23,7 @@ setup: $(PROJECT) ## .venv with pinned, hash-checked packages and this project, 
 demo: setup ## a first flight (runs: flight demo)
 	$(BIN)/flight demo
 
-test: setup ## all tests; a broken build fails in the first seconds
+test: setup $(if $(shell command -v npm),$(READER)) ## all tests; a broken build fails in the first seconds
 	$(BIN)/python -m pytest -x -q tests/smoke
 	$(BIN)/python -m pytest -q -n 2 --dist loadgroup tests --ignore=tests/smoke
 
@@ -37,8 +38,11 @@ lock: ## write requirements/*.txt anew (UPGRADE=1 takes the newest versions)
 	$(call compile,python3.11-ros,setup.py --extra test --extra ros,3.11 --python-platform x86_64-manylinux_2_28)
 	$(call compile,python3.12-ros,setup.py --extra test --extra ros,3.12 --python-platform x86_64-manylinux_2_28)
 
+$(READER): tests/bag/javascript/package.json tests/bag/javascript/package-lock.json
+	-npm ci --silent --no-audit --no-fund --fetch-retries 1 --fetch-timeout 20000 --prefix $(@D) && touch $@
+
 clean: ## removes what make made, .venv too (recordings in runs/ stay)
-	rm -rf $(VENV) build install log dist *.egg-info .pytest_cache .hypothesis
+	rm -rf $(VENV) $(READER) build install log dist *.egg-info .pytest_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # $(call compile,name of the lock,sources,python version and platform). No address goes into a lock.

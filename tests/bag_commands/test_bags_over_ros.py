@@ -1,8 +1,7 @@
-"""Bags and live ROS topics: playing, replaying through the real node, kill -9, a disk that is full."""
+"""Bags and live ROS topics: playing, replaying through the real node, kill -9."""
 
 import json
 import os
-import resource
 import signal
 import struct
 import subprocess
@@ -10,7 +9,6 @@ import sys
 import time
 from pathlib import Path
 
-import numpy as np
 import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
@@ -162,17 +160,3 @@ def test_kill_9(tmp_path, victim, after_s):
     kill = kill_once(tmp_path, victim, after_s)
     assert kill.intact and kill.saved > 20
     assert kill.lost_s < 0.25
-
-
-def test_a_full_disk_ends_a_ros_run_with_a_sentence(tmp_path):
-    """No file may grow beyond 1 MB: the recorder fails, the run says why, the bag is marked and can be recovered."""
-    limit = 1_000_000  # [bytes]
-    process = command("run", "cubli_asteroid", "--engine", "ros", "--duration", "20", "--out", tmp_path / "bag",
-                      preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
-    out, err = process.communicate(timeout=120)
-    assert process.returncode == 2 and "file too large" in " ".join(err.split()) and "Traceback" not in err, err
-    assert (tmp_path / "bag" / "RECORDING").exists()
-    from flight_graph.bag.recover import recover
-    recover(tmp_path / "bag", tmp_path / "saved")
-    stamps = read_bag(tmp_path / "saved").stamps_ns("/cubli/imu")
-    assert len(stamps) > 300 and (np.diff(stamps) == 10_000_000).all()

@@ -1,11 +1,9 @@
-// Reads an MCAP file with @mcap/core and prints what it holds. Arguments: node_modules folder, MCAP file.
+// Reads an MCAP file with @mcap/core and prints what it holds. Argument: the MCAP file.
 const fs = require("fs");
-const path = require("path");
-const modules = path.resolve(process.argv[2]);
-const { McapIndexedReader } = require(path.join(modules, "@mcap/core"));
-const { decompress } = require(path.join(modules, "fzstd"));
+const { McapIndexedReader } = require("@mcap/core");
+const { decompress } = require("fzstd");
 
-const bytes = new Uint8Array(fs.readFileSync(process.argv[3]));
+const bytes = new Uint8Array(fs.readFileSync(process.argv[2]));
 const readable = {
   size: async () => BigInt(bytes.length),
   read: async (offset, size) => bytes.subarray(Number(offset), Number(offset + size)),
