@@ -1,7 +1,9 @@
 """The messages of a file in blocks: some dozens of chunks decompressed in one go, or a run of unchunked messages."""
 
 import zlib
+from collections import deque
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,8 +12,8 @@ import zstandard
 from flight_graph.bag.byte_kernels import MESSAGE, read_field
 from flight_graph.bag.mcap_records import ChunkRecord, Damage, Opcode
 
-_GROUP = 1 << 20  # [bytes] chunks are decompressed together up to this size
-_KEPT = 1 << 29  # [bytes] the decompressed content of a file is kept up to this size
+_GROUP = 1 << 21  # [bytes] chunks are decompressed together up to this size: what the cache holds
+_AHEAD = 3  # blocks that are decompressed before they are asked for
 _CHUNK_FIXED = 40  # [bytes] of a chunk record besides the name of its compression and its data
 
 
@@ -64,7 +66,8 @@ class Chunks:
         return out
 
     def _unpack_zstd(self, first, last, total):
-        frames = [self.data[begin:end].tobytes() for begin, end in
+        data = memoryview(self.data)
+        frames = [data[begin:end] for begin, end in
                   zip(self.packed[first:last].tolist(), self.stop[first:last].tolist())]
         try:
             for frame, size in zip(frames, self.size[first:last].tolist()):
@@ -92,46 +95,53 @@ class Chunks:
 
 @dataclass(eq=False)
 class Block:
-    """Some messages' bytes. load(verify): decompress them, and verify the chunks' own checksums where asked to.
+    """Some messages' bytes.
 
-    keeps: hold the decompressed bytes. Where a file is too large for that, decompressing again costs less than the memory.
+    load(verify): decompress them, and verify the chunks' own checksums where asked to; returns uint8, not to be written
+    to. chunk_sizes: of joined chunks; bounds: of a run of messages without chunks, (starts, stops) of their content.
     """
 
     load: Callable
-    keeps: bool
-    kept: np.ndarray | None = None
+    chunk_sizes: np.ndarray | None = None
+    bounds: tuple | None = None
 
-    def content(self, verify: bool = False) -> np.ndarray:
-        """The bytes (uint8), not to be written to."""
-        if self.kept is not None:
-            return self.kept
-        content = self.load(verify)
-        if self.keeps:
-            self.kept = content
-        return content
+    def content(self) -> np.ndarray:
+        return self.load(False)
 
 
-def list_blocks(data, opcodes, starts, stops, chunks: Chunks):
-    """Return [block], {block: chunk sizes}, {block: (starts, stops)} in the order of the file.
-
-    The last holds, for a run of unchunked messages, where their content is in the block.
-    """
-    blocks, sizes_of, run_of = [], {}, {}
+def list_blocks(data, opcodes, starts, stops, chunks: Chunks) -> list[Block]:
+    """The blocks of a file, in its order."""
+    blocks = []
     is_chunk, is_message = opcodes == Opcode.CHUNK, opcodes == MESSAGE
     places = np.flatnonzero(is_chunk | is_message)
     edges = np.flatnonzero(np.diff(is_message[places].astype(np.int8))) + 1
-    number, keeps = 0, int(chunks.size.sum()) <= _KEPT
+    number = 0
     for part in np.split(places, edges) if len(places) else []:
         if is_message[part[0]]:
             origin, end = int(starts[part[0]]), int(stops[part[-1]])
-            blocks.append(Block(lambda verify, a=origin, b=end: data[a:b], False))
-            run_of[blocks[-1]] = starts[part] - origin, stops[part] - origin
+            blocks.append(Block(lambda verify, a=origin, b=end: data[a:b],
+                                bounds=(starts[part] - origin, stops[part] - origin)))
             continue
         sizes = chunks.size[number:number + len(part)]
         groups = np.cumsum(np.minimum(sizes, _GROUP)) // _GROUP
         bounds = [0, *(np.flatnonzero(np.diff(groups)) + 1).tolist(), len(part)]
         for begin, end in zip(bounds, bounds[1:]):
-            blocks.append(Block(lambda verify, a=number + begin, b=number + end: chunks.content(a, b, verify), keeps))
-            sizes_of[blocks[-1]] = sizes[begin:end]
+            blocks.append(Block(lambda verify, a=number + begin, b=number + end: chunks.content(a, b, verify),
+                                chunk_sizes=sizes[begin:end]))
         number += len(part)
-    return blocks, sizes_of, run_of
+    return blocks
+
+
+def ahead(function: Callable, items: list):
+    """Yield function(item), in order; a thread works them out ahead (decompression lets the interpreter go on)."""
+    if len(items) <= _AHEAD:
+        yield from map(function, items)
+        return
+    with ThreadPoolExecutor(1) as thread:
+        waiting = deque()
+        for item in items:
+            waiting.append(thread.submit(function, item))
+            if len(waiting) > _AHEAD:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()

@@ -68,10 +68,24 @@ def _copy(source, start, target, at, width):
 
 
 @_compiled
-def gather(data, starts, width, out):
-    """Copy data[s:s + width] of every start s into the rows of out (n, >= width) uint8."""
+def gather(data, starts, sizes, out, at):
+    """Copy data[start:start + size] to out[at:] (both uint8). starts, sizes, at: (n,)."""
     for i in range(len(starts)):
-        _copy(data, starts[i], out[i], 0, width)
+        _copy(data, starts[i], out, at[i], sizes[i])
+
+
+@_compiled
+def mark_varying(data, starts, first, varying):
+    """Or into varying (size,) the bits in which data[start:start + size] differs from first (size,), for every start."""
+    words = len(first) // 8
+    first_words, varying_words = first[:8 * words].view(np.uint64), varying[:8 * words].view(np.uint64)
+    for i in range(len(starts)):
+        row = data[starts[i]:starts[i] + len(first)]
+        row_words = row[:8 * words].view(np.uint64)
+        for j in range(words):
+            varying_words[j] |= row_words[j] ^ first_words[j]
+        for j in range(8 * words, len(first)):
+            varying[j] |= row[j] ^ first[j]
 
 
 @_compiled
@@ -79,13 +93,3 @@ def scatter(rows, first, starts, out):
     """Copy rows[first + i] (uint8) to out[starts[i]:]."""
     for i in range(len(starts)):
         _copy(rows[first + i], 0, out, starts[i], rows.shape[1])
-
-
-@_compiled
-def constants_hold(data, starts, columns, values):
-    """Whether data[start + column] is the column's value, for every start and column."""
-    for i in range(len(starts)):
-        for j in range(len(columns)):
-            if data[starts[i] + columns[j]] != values[j]:
-                return False
-    return True

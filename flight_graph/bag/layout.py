@@ -18,15 +18,14 @@ from flight_graph.bag.message_types import PRIMITIVES, vector_group
 class Layout:
     """dtype: of the body, item size a multiple of 8. size: bytes of the body.
 
-    constants: path -> string, list of strings, or length of a sequence. columns, values: (m,) positions in the payload,
-    and the bytes that are constant there.
+    constants: path -> string, list of strings, or length of a sequence. columns: (m,) positions in the payload of the
+    bytes that must be the same in all messages.
     """
 
     dtype: np.dtype
     size: int
     constants: dict
     columns: np.ndarray
-    values: np.ndarray
 
 
 class Ragged(Exception):
@@ -51,7 +50,7 @@ def fixed_layout(trees: dict, type_name: str, payload: bytes) -> Layout:
     columns = np.concatenate([np.arange(2), *[4 + np.arange(start, stop) for start, stop in walker.fixed]])
     return Layout(
         _dtype(entries, 0, (size + 7) // 8 * 8), size, walker.constants,
-        columns.astype(np.int64), np.frombuffer(payload, np.uint8)[columns])
+        columns.astype(np.int64))
 
 
 def check_encapsulation(payload: bytes) -> str:

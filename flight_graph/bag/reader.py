@@ -16,7 +16,6 @@ from pathlib import Path
 
 import numpy as np
 
-from flight_graph.bag.byte_kernels import constants_hold, gather
 from flight_graph.bag.decode import Decoder
 from flight_graph.bag.description import FILE_NAME, from_yaml, read_description
 from flight_graph.bag.errors import BagDamaged, BagError
@@ -26,6 +25,7 @@ from flight_graph.bag.layout import Layout, Misfit, Ragged, fixed_layout
 from flight_graph.bag.mcap_file import LIBRARY
 from flight_graph.bag.mcap_records import Damage
 from flight_graph.bag.message_types import field_trees
+from flight_graph.bag.payloads import Payloads
 from flight_graph.bag.verify import read_mcap
 from flight_graph.errors import unknown
 
@@ -155,13 +155,10 @@ class Bag:
 
     def payloads(self, topic: str):
         """Return the payloads of a topic: (n, size) uint8 where all are of one size, else a list of bytes."""
-        sizes = self._sizes(topic)
-        if len(sizes) and (sizes == sizes[0]).all():
-            out = np.empty((len(sizes), sizes[0]), np.uint8)
-            for content, starts, row in self._blocks(topic):
-                gather(content, starts, int(sizes[0]), out[row:row + len(starts)])
-            return out
-        return [payload for _, _, payload in self.messages([topic])]
+        parts = self._uniform(topic)
+        if parts is None:
+            return [payload for _, _, payload in self.messages([topic])]
+        return _joined([part.rows() for part in parts])
 
     def layout(self, topic: str) -> Layout | None:
         """The layout that all messages of a topic share, or None."""
@@ -179,7 +176,7 @@ class Bag:
     def __getitem__(self, topic: str) -> np.ndarray:
         """The messages of a topic as a structured array (n,), in write order.
 
-        With a fixed layout the rows are the bytes of the messages, gathered from the chunks; nothing is decoded.
+        With a fixed layout the rows are the bytes of the messages as they were read from the file, without a copy.
         """
         if topic not in self._arrays:
             try:
@@ -201,44 +198,39 @@ class Bag:
         return BagError(f"bag '{self.path}', topic '{topic}': a message is unreadable ({error})")
 
     def _fixed(self, topic):
-        sizes = self._sizes(topic)
-        if not len(sizes) or (sizes != sizes[0]).any():
+        """(layout, array) where all messages of a topic share one, else None."""
+        parts = self._uniform(topic)
+        if parts is None:
             return None
-        content, starts, _ = next(self._blocks(topic))
+        first = parts[0].first
         try:
-            layout = fixed_layout(
-                self.field_trees(topic), self.topic(topic).type_name, content[starts[0]:starts[0] + sizes[0]].tobytes())
+            layout = fixed_layout(self.field_trees(topic), self.topic(topic).type_name, first.tobytes())
         except Ragged:
             return None
-        width = layout.dtype.itemsize
-        out = (np.zeros if width > layout.size else np.empty)((len(sizes), width), np.uint8)
-        for content, starts, row in self._blocks(topic):
-            if not constants_hold(content, starts, layout.columns, layout.values):
-                return None
-            gather(content, starts + 4, layout.size, out[row:row + len(starts)])
-        return layout, out.reshape(-1).view(layout.dtype)
+        if any((part.first[layout.columns] != first[layout.columns]).any() or not part.are_constant(layout.columns)
+               for part in parts):
+            return None
+        return layout, _joined([part.records(layout.dtype) for part in parts])
+
+    def _uniform(self, topic) -> list[Payloads] | None:
+        """The payloads of a topic, file by file, where all are of one size and there are any, else None."""
+        self.topic(topic)
+        parts = [part.payloads(topic) for part in self._contents if part.counts(topic)]
+        sizes = {part.size for part in parts}
+        return parts if len(sizes) == 1 and None not in sizes else None
 
     def _select(self, topic):
         """Yield (part, numbers of the topic's messages in it)."""
         self.topic(topic)
         for part in self._contents:
-            ids = [channel.id for channel in part.channels.values() if channel.topic == topic]
-            yield part, np.flatnonzero(np.isin(part.messages.channel, ids))
+            yield part, np.flatnonzero(np.isin(part.messages.channel, part.channels_of(topic)))
 
     def _column(self, topic, name):
         return np.concatenate([getattr(part.messages, name)[numbers] for part, numbers in self._select(topic)])
 
-    def _sizes(self, topic):
-        return self._column(topic, "stop") - self._column(topic, "start")
 
-    def _blocks(self, topic):
-        """Yield (content of a block, starts of the topic's payloads in it, number of the first of them)."""
-        row = 0
-        for part, numbers in self._select(topic):
-            start = part.messages.start[numbers]
-            for content, begin, end in part.runs(numbers):
-                yield content, start[begin:end], row + begin
-            row += len(numbers)
+def _joined(arrays):
+    return arrays[0] if len(arrays) == 1 else np.concatenate(arrays)
 
 
 def _files(path: Path):

@@ -9,13 +9,15 @@ import numpy as np
 import zstandard
 from mcap import records
 
-from flight_graph.bag.blocks import Chunks, list_blocks
+from flight_graph.bag.blocks import Chunks, ahead, list_blocks
 from flight_graph.bag.byte_kernels import MESSAGE, MESSAGE_HEAD, read_field
 from flight_graph.bag.mcap_file import LIBRARY, MAGIC
 from flight_graph.bag.mcap_records import Damage, Opcode, attachment_checked, list_records, message_field, parse
+from flight_graph.bag.payloads import Payloads
 
 _FOOTER = struct.Struct("<BQQQI")
 _TAIL = _FOOTER.size + len(MAGIC)  # [bytes] footer record and end magic
+_KEPT = 1 << 29  # [bytes] the payloads of a file of this size are kept when it is read; of a larger one, when asked for
 
 
 @dataclass
@@ -46,6 +48,9 @@ class McapContents:
     metadata: list = field(default_factory=list)
     blocks: list = field(default_factory=list)
     messages: Messages = None
+    room: int = 0  # [bytes] of all messages
+    expected: dict = field(default_factory=dict)  # channel id -> messages, as the summary counts them
+    kept: dict = field(default_factory=dict)  # topic -> Payloads
 
     def sequences(self, numbers: np.ndarray) -> np.ndarray:
         """Return (n,) uint32 sequence numbers of messages."""
@@ -58,6 +63,42 @@ class McapContents:
         bounds = np.searchsorted(numbers, self.messages.first)
         for i in np.flatnonzero(np.diff(bounds)):
             yield self.blocks[i].content(), int(bounds[i]), int(bounds[i + 1])
+
+    def payloads(self, topic: str) -> Payloads:
+        """The payloads of a topic; kept from then on."""
+        if topic not in self.kept:
+            numbers = np.flatnonzero(np.isin(self.messages.channel, self.channels_of(topic)))
+            found = self.empty(topic)
+            for content, begin, end in self.runs(numbers):
+                start, stop = (column[numbers[begin:end]] for column in (self.messages.start, self.messages.stop))
+                found.add(content, start, stop - start)
+            self.kept[topic] = found
+        return self.kept[topic]
+
+    def counts(self, topic: str) -> int:
+        """How many messages of a topic the file holds."""
+        return int(np.isin(self.messages.channel, self.channels_of(topic)).sum())
+
+    def channels_of(self, topic: str) -> list[int]:
+        return [channel.id for channel in self.channels.values() if channel.topic == topic]
+
+    def empty(self, topic: str) -> Payloads:
+        """Room for the payloads of a topic."""
+        return Payloads(sum(self.expected.get(number, 0) for number in self.channels_of(topic)), self.room)
+
+    def keep(self, content: np.ndarray, table) -> None:
+        """Keep the payloads of a block, while it is in the cache."""
+        start, stop, channel, _ = table
+        topics = {}
+        for number in np.unique(channel).tolist():
+            if number not in self.channels:
+                raise Damage(f"it holds messages of a channel {number} that it does not declare")
+            topics.setdefault(self.channels[number].topic, []).append(number)
+        for topic, numbers in topics.items():
+            chosen = slice(None) if len(topics) == 1 else np.flatnonzero(np.isin(channel, numbers))
+            if topic not in self.kept:
+                self.kept[topic] = self.empty(topic)
+            self.kept[topic].add(content, start[chosen], stop[chosen] - start[chosen])
 
 
 def map_file(path: Path) -> np.ndarray:
@@ -88,6 +129,7 @@ def read_mcap(path: Path) -> McapContents:
     split = int(data_ends[0])
     contents = McapContents(library=parse(records.Header, _bytes(data, starts[0], stops[0])).library)
     contents.checked = _check_sums(data, contents.library, int(starts[split]), int(stops[split]), footer)
+    contents.expected = _expected(data, opcodes[split + 1:-1], starts[split + 1:-1], stops[split + 1:-1])
     chunks = _read_data(contents, data, opcodes[1:split], starts[1:split], stops[1:split])
     _check_summary(contents, chunks, data, opcodes[split + 1:-1], starts[split + 1:-1], stops[split + 1:-1])
     return contents
@@ -122,27 +164,37 @@ def _check_sums(data, library, end_start, end_stop, footer):
     return bool(data_crc) and bool(summary_crc)
 
 
+def _expected(data, opcodes, starts, stops):
+    """channel id -> number of messages, as a summary counts them; nothing where it does not. Not checked here."""
+    for i in np.flatnonzero(opcodes == Opcode.STATISTICS):
+        return parse(records.Statistics, _bytes(data, starts[i], stops[i])).channel_message_counts
+    return {}
+
+
 def _read_data(contents, data, opcodes, starts, stops):
     """Collect the records of the data section; return its chunks."""
     where = opcodes == Opcode.CHUNK
     chunks = Chunks.listed(data, starts[where], stops[where])
-    tables = []
-    contents.blocks, sizes_of, run_of = list_blocks(data, opcodes, starts, stops, chunks)
-    for block in contents.blocks:
-        content = block.content(verify=not contents.checked)
-        bounds = run_of[block] if block in run_of else _read_chunks(contents, content, sizes_of[block])
-        tables.append(_table(content, *bounds))
     for i in np.flatnonzero(~np.isin(opcodes, (Opcode.CHUNK, Opcode.MESSAGE_INDEX, MESSAGE))):
-        opcode, start, stop = opcodes[i], int(starts[i]), int(stops[i])
+        opcode, raw = opcodes[i], _bytes(data, starts[i], stops[i])
         if opcode == Opcode.ATTACHMENT:
-            raw = _bytes(data, start, stop)
             if raw[-4:] != b"\0\0\0\0" and not attachment_checked(raw):
                 raise Damage("an attachment fails its checksum")
             contents.attachments.append(parse(records.Attachment, raw))
         elif opcode == Opcode.METADATA:
-            contents.metadata.append(parse(records.Metadata, _bytes(data, start, stop)))
+            contents.metadata.append(parse(records.Metadata, raw))
         else:
-            _declare(contents, opcode, data, start, stop)
+            _declare(contents, opcode, raw)
+    is_message = opcodes == MESSAGE
+    contents.room = int(chunks.size.sum() + (stops[is_message] - starts[is_message]).sum())
+    contents.blocks = list_blocks(data, opcodes, starts, stops, chunks)
+    tables = []
+    for content, declared, table in ahead(lambda block: _read_block(block, not contents.checked), contents.blocks):
+        for opcode, raw in declared:
+            _declare(contents, opcode, raw)
+        if contents.room <= _KEPT:
+            contents.keep(content, table)
+        tables.append(table)
     contents.messages = _joined(tables)
     unknown = set(np.unique(contents.messages.channel).tolist()) - set(contents.channels)
     if unknown:
@@ -150,26 +202,30 @@ def _read_data(contents, data, opcodes, starts, stops):
     return chunks
 
 
-def _read_chunks(contents, content, sizes):
-    """Return (starts, stops) of the messages of joined chunks; take their declarations."""
+def _read_block(block, verify):
+    """Return (content, [(opcode, content) of a record that is no message], table of the messages) of a block."""
+    content = block.load(verify)
+    declared, bounds = ([], block.bounds) if block.bounds else _read_chunks(content, block.chunk_sizes)
+    return content, declared, _table(content, *bounds)
+
+
+def _read_chunks(content, sizes):
+    """Return ([(opcode, content) of a record that is no message], (starts, stops) of the messages) of joined chunks."""
     opcodes, starts, stops, end = list_records(content, 0, len(content))
     bounds = np.cumsum(sizes)
     begins = bounds[:-1][bounds[:-1] < len(content)] + 9
     if end != len(content) or not np.array_equal(starts[np.searchsorted(starts[:-1], begins)], begins):
         raise Damage("the records of a chunk do not fill it")
     is_message = opcodes == MESSAGE
-    if is_message.all():
-        return starts, stops
-    for i in np.flatnonzero(~is_message):
-        _declare(contents, opcodes[i], content, int(starts[i]), int(stops[i]))
-    return starts[is_message], stops[is_message]
+    declared = [(opcodes[i], _bytes(content, starts[i], stops[i])) for i in np.flatnonzero(~is_message)]
+    return declared, (starts[is_message], stops[is_message])
 
 
-def _declare(contents, opcode, data, start, stop):
+def _declare(contents, opcode, raw):
     for code, kind, known in ((Opcode.SCHEMA, records.Schema, contents.schemas),
                               (Opcode.CHANNEL, records.Channel, contents.channels)):
         if opcode == code:
-            record = parse(kind, _bytes(data, start, stop))
+            record = parse(kind, raw)
             if known.setdefault(record.id, record) != record:
                 raise Damage(f"it declares {kind.__name__.lower()} {record.id} in two ways")
 
@@ -206,7 +262,7 @@ def _check_summary(contents, chunks, data, opcodes, starts, stops):
     for i in np.flatnonzero(~is_index):
         raw = _bytes(data, starts[i], stops[i])
         if opcodes[i] in (Opcode.SCHEMA, Opcode.CHANNEL):
-            _declare(contents, opcodes[i], np.frombuffer(raw, np.uint8), 0, len(raw))
+            _declare(contents, opcodes[i], raw)
         elif opcodes[i] == Opcode.STATISTICS:
             statistics = parse(records.Statistics, raw)
             ids, counts = np.unique(contents.messages.channel, return_counts=True)

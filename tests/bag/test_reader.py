@@ -12,7 +12,7 @@ from flight_graph.bag.writer import BagWriter
 from flight_graph.errors import FlightError
 from msg_schemas.definitions import TYPESTORE
 from msg_schemas.qos import Role
-from tests.bag.sample_bags import IMU, WHEELS, diagnostics_payload
+from tests.bag.sample_bags import IMU, WHEELS, diagnostics_payload, write_bag
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 STORE.register(get_types_from_msg("uint8 kind\nfloat64 value\nstring<=8 label\nint16[3] triple\nbool[] flags\n"
@@ -32,6 +32,32 @@ def test_our_topics_are_the_records_that_were_written(bag):
     assert read.constants("/cubli/imu") == {"header.frame_id": "imu_link"}
     assert (read.start_ns, read.end_ns) == (0, bag.stamps[-1])
     assert read.checked
+
+
+@pytest.mark.parametrize("kept", [1 << 29, 0])
+def test_a_bag_of_many_blocks(tmp_path, monkeypatch, kept):
+    """Read ahead by a thread; with payloads kept at once, and gathered only when asked for (as of a very large file)."""
+    monkeypatch.setattr("flight_graph.bag.verify._KEPT", kept)
+    bag = write_bag(tmp_path / "long", count=40_000)  # 17 MB
+    read = read_bag(bag.folder)
+    for topic, records in (("/cubli/imu", bag.imu), ("/cubli/wheels", bag.wheels)):
+        np.testing.assert_array_equal(read.payloads(topic), bag.payloads[topic])
+        assert read[topic].tobytes() == records.tobytes()
+        assert read.sequences(topic).tolist() == list(range(len(records)))
+    assert len(read["/diagnostics"]) == 800 and read.layout("/diagnostics") is None
+
+
+@pytest.mark.parametrize("odd", [b"", b"\0\1\0", b"\0\1\0\0"])
+def test_messages_without_a_body(tmp_path, odd):
+    """Payloads shorter than their encapsulation, or ended by it, are handed out as they are and decoded to a sentence."""
+    with BagWriter(tmp_path / "odd") as writer:
+        topic = writer.add_topic("/a", "geometry_msgs/msg/Vector3", Role.SENSOR.qos)
+        for i in range(3):
+            writer.write(topic, i, odd)
+    bag = read_bag(tmp_path / "odd")
+    assert [bytes(payload) for payload in bag.payloads("/a")] == [odd] * 3
+    with pytest.raises(BagError, match="topic '/a': a message is unreadable"):
+        bag["/a"]
 
 
 def test_what_stands_beside_the_messages(bag):
