@@ -39,6 +39,11 @@ def parse_pace(text: str) -> tuple[str, float]:
     return pace, number
 
 
+def pace_text(pace: str, factor: float) -> str:
+    """The pace as `parse_pace` reads it: ``lockstep`` or ``realtime:FACTOR``."""
+    return pace if pace == "lockstep" else f"{pace}:{factor:g}"
+
+
 def check_engine(scenario: Scenario, engine: str) -> None:
     """Refuse an engine that does not exist or that the scenario cannot run in."""
     if engine not in ENGINES:
@@ -109,5 +114,5 @@ def _ros(scenario, folder, pace, factor, progress):
     timeout_s = float(os.environ.get("FLIGHT_TIMEOUT_S", "60"))
     result = launcher.run(scenario, folder, pace, factor, timeout_s, progress)
     signals = BagSignals(read_bag(folder), scenario)
-    return Outcome(folder, "ros", pace if pace == "lockstep" else f"realtime:{factor:g}", result.wall_s, 0.0,
+    return Outcome(folder, "ros", pace_text(pace, factor), result.wall_s, 0.0,
                    metrics.compute(scenario, signals), result.statistics, int(result.outcome.get("lost", 0)))

@@ -205,14 +205,19 @@ class Signal:
     # -- receipt -------------------------------------------------------------------------------------------------
     def receive(self, payload: bytes, target: np.ndarray) -> None:
         """Copy a received payload into ``target`` (the payload view of `new`). Raises SignalMismatch."""
-        if len(payload) >= self._payload_size and payload[:2] == _LITTLE_ENDIAN:  # bytes behind the body mean nothing
-            for start, stop, constant in self._segments:
-                if payload[start:stop] != constant:
-                    break
-            else:
-                target[4:] = np.frombuffer(payload, "u1", self.size, 4)
-                return
-        self._receive_slowly(payload, target)
+        if self.fits(payload):
+            target[4:] = np.frombuffer(payload, "u1", self.size, 4)
+        else:
+            self._receive_slowly(payload, target)
+
+    def fits(self, payload: bytes) -> bool:
+        """Whether a payload has this signal's byte order, constants and length; bytes behind the body mean nothing."""
+        if len(payload) < self._payload_size or payload[:2] != _LITTLE_ENDIAN:
+            return False
+        for start, stop, constant in self._segments:
+            if payload[start:stop] != constant:
+                return False
+        return True
 
     def _receive_slowly(self, payload, target):
         try:

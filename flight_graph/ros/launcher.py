@@ -60,7 +60,7 @@ def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: flo
         parameters[name] = {**values, "rate_hz": float(node.rate_hz),
                             **{f"graph.{key}": value for key, value in settings.items()}}
     common["timeout_s"] = 2.0 * timeout_s
-    parameters[RECORDER] = {f"graph.{key}": value for key, value in common.items() if key != "factor"}
+    parameters[RECORDER] = {f"graph.{key}": value for key, value in common.items()}
     return parameters
 
 

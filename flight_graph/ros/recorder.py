@@ -16,6 +16,7 @@ from flight_graph.ros.progress import Progress
 from flight_graph.scenario import Scenario
 from flight_graph.timebase import SECOND
 from msg_schemas.qos import RECORDER
+from msg_schemas.signal import SignalMismatch
 
 DRAIN_S = 0.02  # [s] a wake-up for every message would halve the speed of the graph
 HOLD_S = 0.05  # [s] realtime: a message waits for those of other topics with earlier stamps at most this long
@@ -27,8 +28,8 @@ class Stream:
 
     def __init__(self, node, topic: RecordedTopic, epoch_ns: int, end_ns: int, group):
         self.topic, self.end_ns = topic, end_ns
-        self.lost, self.next_ns, self.queue = 0, 0, deque()
-        self._epoch_ns = epoch_ns
+        self.lost, self.refused, self.next_ns, self.queue = 0, 0, 0, deque()
+        self._epoch_ns, self._log = epoch_ns, node.get_logger()
         self.subscription = RawSubscription(node, topic.topic, topic.type_name, RECORDER, group)
         self._payload, self._record = topic.signal.new()
         self._offset = _stamp_offset(topic.signal)
@@ -38,23 +39,36 @@ class Stream:
         return self.next_ns >= self.end_ns
 
     def drain(self) -> int:
-        """Take all that has arrived; return how many messages."""
+        """Take all that has arrived; return how many messages. One that is not of this signal is refused and counted."""
         count, now = 0, time.monotonic()
         while (message := self.subscription.take()) is not None:
             count += 1
+            try:
+                message = self._canonical(message)
+            except SignalMismatch as error:
+                self.refused += 1
+                if self.refused == 1:
+                    self._log.error(f"not recorded: {error}")
+                continue
             sec, nanosec = struct.unpack_from("<iI", message, self._offset)
             t_ns = sec * SECOND + nanosec - self._epoch_ns
             self.lost += max(0, t_ns - self.next_ns) // self.topic.source_period_ns
             self.next_ns = t_ns + self.topic.source_period_ns
             if t_ns % self.topic.period_ns == 0 and t_ns < self.end_ns:
-                whole = message if len(message) == len(self._payload) else self._canonical(message)
-                self.queue.append((t_ns, whole, now))
+                self.queue.append((t_ns, message, now))
         return count
 
     def _canonical(self, message) -> bytes:
-        """A message of a foreign sender in the signal's own form, so that all of a topic have one layout."""
+        """A message in the signal's own form, so that all of a topic have one layout. Raises SignalMismatch."""
+        if len(message) == len(self._payload) and self.topic.signal.fits(message):
+            return message
         self.topic.signal.receive(message, self._payload)
         return self._payload.tobytes()
+
+    @property
+    def missing(self) -> int:
+        """Messages that are still to come until the end of the run."""
+        return max(0, -(-(self.end_ns - self.next_ns) // self.topic.source_period_ns))
 
     def record(self, message):
         """The message as a record, for a formatter."""
@@ -103,9 +117,14 @@ class Recorder:
             for topic in self._formatted.get((stream.topic.node, stream.topic.port), ()):
                 self.bag.write(topic, stamp, formatted_payload(topic.formatted, stream.record(message)))
 
-    @property
     def lost(self) -> dict[str, int]:
-        return {"/" + stream.topic.topic: int(stream.lost) for stream in self.streams if stream.lost}
+        """Topic -> messages lost. Where any topic has come to the end of the run, the others should have."""
+        ended = any(stream.done for stream in self.streams)
+        counts = {stream: stream.lost + (stream.missing if ended else 0) for stream in self.streams}
+        return {"/" + stream.topic.topic: int(count) for stream, count in counts.items() if count}
+
+    def refused(self) -> dict[str, int]:
+        return {"/" + stream.topic.topic: stream.refused for stream in self.streams if stream.refused}
 
     @property
     def done(self) -> bool:
@@ -131,9 +150,10 @@ def run(node, scenario: Scenario, folder: Path, settings) -> dict:
             _drain_until_quiet(recorder)
         recorder.write_before(recorder.end_ns)
     finally:
-        lost = recorder.lost
+        lost = recorder.lost()
         outcome = {"complete": str(recorder.done and not lost).lower(), "lost": str(sum(lost.values())),
-                   **{f"lost {topic}": str(count) for topic, count in lost.items()}}
+                   **{f"lost {topic}": str(count) for topic, count in lost.items()},
+                   **{f"refused {topic}": str(count) for topic, count in recorder.refused().items()}}
         bag.close(outcome)
     if settings.lockstep and lost:
         raise FlightError(f"{node.get_name()}: messages were lost in lockstep: " + ", ".join(

@@ -11,6 +11,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from flight_graph.errors import FlightError
 from flight_graph.ros import recorder
+from flight_graph.runs import pace_text
 
 
 @dataclass
@@ -33,11 +34,12 @@ class RecorderNode(Node):
     def __init__(self, stopping: threading.Event):
         super().__init__("recorder")
         self.stopping = stopping
-        self.pace = self._get("graph.pace", "realtime")
+        pace = self._get("graph.pace", "realtime")
+        self.pace = pace_text(pace, self._get("graph.factor", 1.0))
         self.scenario = recorder.read_scenario(self._required("scenario"))
         self.folder = Path(self._required("out"))
         self.settings = RecorderSettings(
-            lockstep=self.pace == "lockstep", epoch_ns=self.scenario.epoch_ns, duration_ns=self.scenario.duration_ns,
+            lockstep=pace == "lockstep", epoch_ns=self.scenario.epoch_ns, duration_ns=self.scenario.duration_ns,
             window_ns=self._get("graph.window_ns", 10**9), timeout_s=self._get("graph.timeout_s", 30.0),
             supervised=self._get("graph.supervised", False),
             linger=self._get("graph.linger", False))

@@ -12,6 +12,7 @@ from flight_graph.recording import RunBag, open_run, payloads
 from flight_graph.replay import replay
 from flight_graph.scenario import load
 from tests.bag_commands.conftest import recorded
+from tests.ros.processes import flight as process
 
 
 def test_every_component(asteroid, earth):
@@ -30,6 +31,15 @@ def test_the_command(flight, asteroid):
     assert "estimator: 400 firings" in done.out and "equal, byte for byte: 800 messages" in done.out
     report = json.loads(flight("replay", asteroid, "--component", "estimator", "--json").out)
     assert (report["holds"], report["open_loop"], report["verdict"], report["messages"]) == (True, False, "equal", 800)
+
+
+def test_the_python_engine(asteroid, tmp_path):
+    """The same component, interpreted: a debugger's way in gives the recorded bytes too."""
+    for component in ("controller", "estimator"):
+        done = process("replay", asteroid, "--component", component, "--engine", "python", "--json", cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        report = json.loads(done.stdout)
+        assert (report["engine"], report["verdict"], report["firings"]) == ("python", "equal", 400)
 
 
 def test_another_parameter_is_open_loop(flight, asteroid):

@@ -1,5 +1,6 @@
 """How runs end when something goes wrong: a sentence, a closed and valid bag, and no process left behind."""
 
+import json
 import os
 import re
 import signal
@@ -159,6 +160,27 @@ def test_a_node_that_never_appears_is_named(run, tmp_path):
     assert re.search("waited . s for .*sensor", err), err
     sentence(err)
     gone(pids)
+
+
+def test_what_a_node_no_longer_sends_in_realtime_is_counted(tmp_path):
+    """A node that hangs in a realtime run does not end it; what its topic lacks at the end stands in the bag as lost."""
+    (tmp_path / "toy.yaml").write_text(yaml.safe_dump(toy.scenario()))
+    with running("run", tmp_path / "toy.yaml", "--engine", "ros", "--pace", "realtime:2", "--duration", 8, "--out",
+                 tmp_path / "bag", "--json", cwd=tmp_path) as process:
+        pids, open_chunk = nodes_of(process), tmp_path / "bag" / "RECORDING"
+        until(lambda: open_chunk.exists() and open_chunk.stat().st_size > 4000, 60.0, "messages in the bag")
+        os.kill(pids["watcher"], signal.SIGSTOP)
+        out, err = process.communicate(timeout=60)
+    assert process.returncode == 0, err
+    with next((tmp_path / "bag").glob("*.mcap")).open("rb") as file:
+        reader = make_reader(file)
+        metadata = {record.name: record.metadata for record in reader.iter_metadata()}
+        recorded = sum(channel.topic == "/toy/watch" for _, channel, _ in reader.iter_messages())
+    assert metadata["flight_graph"]["pace"] == "realtime:2"
+    outcome = metadata["flight_graph.outcome"]
+    expected = 8 * 10  # it sends at 10 Hz
+    assert int(outcome["lost /toy/watch"]) == expected - recorded > 0
+    assert outcome["complete"] == "false" and int(outcome["lost"]) == json.loads(out)["lost"] >= expected - recorded
 
 
 def test_a_fault_of_a_component_ends_the_run_with_its_sentence(tmp_path):

@@ -255,12 +255,26 @@ def test_wrong_settings_of_a_node_read_as_sentences(tmp_path, setting, parts):
 
 
 def test_realtime_run_counts_and_ends(client, tmp_path):
-    """3 s at 100 Hz on the wall clock; /diagnostics on the air equals the one in the bag."""
+    """3 s at 100 Hz on the wall clock; /diagnostics on the air equals the one in the bag; a stranger's messages of the
+    right length with another frame are not recorded, and counted."""
     live = client.listen(DiagnosticArray, "/diagnostics")
+    strangers, sent = [], []
+
+    def step():
+        if live and not strangers:  # one that came earlier would be refused as a second source
+            strangers.append(client.node.create_publisher(Imu, "/cubli/imu", 10))
+        if len(sent) < 5 and strangers and strangers[0].get_subscription_count() >= 2:
+            message = Imu()
+            message.header.frame_id = "imu_kink"
+            strangers[0].publish(message)
+            sent.append(message)
+        return process.poll() is not None
+
     with running("run", "cubli_asteroid", "--engine", "ros", "--pace", "realtime", "--duration", 3, "--out",
                  tmp_path / "bag", "--json", cwd=tmp_path) as process:
-        client.spin_until(lambda: process.poll() is not None, 90.0, "the end of the run")
+        client.spin_until(step, 90.0, "the end of the run")
         out, err = process.communicate()
+    client.node.destroy_publisher(*strangers)
     assert process.returncode == 0, err
     made = yaml.safe_load(out)
     assert made["pace"] == "realtime:1" and 2.9 < made["wall_s"] < 6.0
@@ -271,12 +285,17 @@ def test_realtime_run_counts_and_ends(client, tmp_path):
     recorded = {}
     counts = {}
     with next((tmp_path / "bag").glob("*.mcap")).open("rb") as file:
-        for _, channel, message in make_reader(file).iter_messages():
+        reader = make_reader(file)
+        outcome = next(r.metadata for r in reader.iter_metadata() if r.name == "flight_graph.outcome")
+        for _, channel, message in reader.iter_messages():
+            if channel.topic == "/cubli/imu":
+                assert deserialize_message(message.data, Imu).header.frame_id == "imu_link"
             counts[channel.topic] = counts.get(channel.topic, 0) + 1
             if channel.topic == "/diagnostics":
                 found = deserialize_message(message.data, DiagnosticArray)
                 recorded[found.header.stamp.sec, found.header.stamp.nanosec] = found
     assert counts["/cubli/truth"] == 300
+    assert int(outcome["refused /cubli/imu"]) == len(sent) == 5
     assert len(live) >= 10
     for message in live:
         assert recorded[message.header.stamp.sec, message.header.stamp.nanosec] == message
