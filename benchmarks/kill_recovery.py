@@ -120,13 +120,17 @@ def _name(pid):
 
 def main() -> None:
     from rich.console import Console
+    from rich.progress import track
     from rich.table import Table
+
+    from flight_graph.ros import shared_memory
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--kills", type=int, default=25)
     kills, rng = [], np.random.default_rng(5)
-    for number in range(options.parse_args().kills):
+    for number in track(range(options.parse_args().kills), "killing", console=Console(stderr=True)):
         with tempfile.TemporaryDirectory() as folder:
             kills.append(kill_once(Path(folder), ("recorder", "graph")[number % 2], float(rng.uniform(0.3, 3.0))))
+    shared_memory.clean()
     table = Table("killed", "times", "lost, median [s]", "lost, most [s]", "intact",
                   title=f"kill -9 in a realtime run ({RATE_HZ:g} Hz)", title_justify="left")
     for victim in ("recorder", "graph"):
