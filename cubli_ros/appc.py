@@ -15,7 +15,7 @@ In the paper I is the scalar I0 = m l^2 / 6; for a rover with wheels it is Theta
 are (3,) float64 unless said; outputs do not alias inputs.
 """
 
-from cubli_ros.attitude import body_rates, cardan_rates, matrix_vector
+from cubli_ros.attitude import body_rates, cardan_rates
 from cubli_ros.funnel import (
     implicit_transformed_error,
     performance_bound,
@@ -23,6 +23,7 @@ from cubli_ros.funnel import (
     transformed_error,
 )
 from flight_graph.kernel import kernel
+from flight_graph.vectors import matrix_vector
 
 
 @kernel

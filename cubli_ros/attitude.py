@@ -213,16 +213,6 @@ def rotation_vector_from_quaternion(q, out):
 
 
 @kernel
-def matrix_vector(matrix, x, y, z):
-    """matrix (3, 3) times (x, y, z) -> three floats."""
-    return (
-        matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2] * z,
-        matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2] * z,
-        matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2] * z,
-    )
-
-
-@kernel
 def invert_3x3(matrix, out):
     """Inverse of matrix (3, 3) by cofactors -> out (3, 3); well conditioned matrices only (inertias, covariances)."""
     a = matrix[1, 1] * matrix[2, 2] - matrix[1, 2] * matrix[2, 1]

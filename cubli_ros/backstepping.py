@@ -10,8 +10,8 @@ c1 = 1 1/s, c2 = 2 1/s make the figures' shape.
 
 import math
 
-from cubli_ros.attitude import matrix_vector
 from flight_graph.kernel import kernel
+from flight_graph.vectors import matrix_vector
 
 
 @kernel

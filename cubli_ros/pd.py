@@ -4,8 +4,8 @@ Source: Aerospace 2022, 9(11), 728, section 5.4, which names the law but gives n
 make the figures' shape; other gains change the ranking (kp = 0.3, kd = 1 spends less effort than APPC).
 """
 
-from cubli_ros.attitude import matrix_vector
 from flight_graph.kernel import kernel
+from flight_graph.vectors import matrix_vector
 
 
 @kernel

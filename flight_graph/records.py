@@ -144,7 +144,7 @@ class Record:
     entries: dict = {}
 
     def __init_subclass__(cls):
-        cls.entries = dict(cls.entries)
+        cls.entries = {name: entry for base in reversed(cls.__bases__) for name, entry in base.entries.items()}
         for name, annotation in cls.__dict__.get("__annotations__", {}).items():
             if name in ("entries", "RESERVED"):
                 continue

@@ -12,7 +12,8 @@ import numpy as np
 
 from flight_graph.kernel import kernel
 from flight_graph.records import Array, Parameters, Vec3, field
-from lander_ros.rotation import apply, cross, to_body
+from flight_graph.vectors import cross, matrix_vector
+from lander_ros.rotation import to_body
 
 REFERENCE = "reference scenario (ours)"
 
@@ -64,11 +65,11 @@ def feed_forward(p, r, q, gravity):
         q, p.mass * (cx - gravity[0]), p.mass * (cy - gravity[1]), p.mass * (cz - gravity[2])
     )
     wx, wy, wz = to_body(q, p.site_spin[0], p.site_spin[1], p.site_spin[2])
-    hx, hy, hz = apply(p.inertia, wx, wy, wz)
+    hx, hy, hz = matrix_vector(p.inertia, wx, wy, wz)
     tx, ty, tz = cross(wx, wy, wz, hx, hy, hz)
     if p.gravity_gradient_mu > 0.0:
         bx, by, bz = to_body(q, ax, ay, az)
-        hx, hy, hz = apply(p.inertia, bx, by, bz)
+        hx, hy, hz = matrix_vector(p.inertia, bx, by, bz)
         gx, gy, gz = cross(bx, by, bz, hx, hy, hz)
         distance_squared = ax * ax + ay * ay + az * az
         scale = 3.0 * p.gravity_gradient_mu / (distance_squared * distance_squared * math.sqrt(distance_squared))

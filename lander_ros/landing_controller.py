@@ -23,8 +23,9 @@ class LandingControllerParameters(LandingLaw):
     site_gravity: float = field(5.03e-3, unit="m/s^2", ge=0, doc="|g| at the site, for the warnings on gains only")
 
 
-class LandingControllerState(State):
-    begun: bool
+class PoseState(State):
+    """Pose (B to D), velocity and rates in B, gravity in D, scratch, and the wrench in B."""
+
     position: Vec3
     orientation: Array(4)
     alpha: Vec3
@@ -34,6 +35,10 @@ class LandingControllerState(State):
     gradient: Array(6)
     force: Vec3
     torque: Vec3
+
+
+class LandingControllerState(PoseState):
+    begun: bool
     twistor: Array(8)
     clearance: float
     view_deg: float

@@ -18,9 +18,9 @@ import math
 
 from flight_graph.kernel import kernel
 from flight_graph.records import field
+from flight_graph.vectors import matrix_vector
 from lander_ros.feed_forward import LanderModel, clip_wrench, feed_forward
 from lander_ros.potential import potential
-from lander_ros.rotation import apply
 
 OURS = "reconstruction; not printed in the paper"
 
@@ -74,7 +74,7 @@ def landing_law(p, r, q, alpha, w, gravity, work, gradient, force, torque):
 @kernel
 def lyapunov(p, potential_energy, alpha, w):
     """L [J] = U + (1/2) k_a m |alpha|^2 + (1/2) k_w w^T J w, for U [J]."""
-    hx, hy, hz = apply(p.inertia, w[0], w[1], w[2])
+    hx, hy, hz = matrix_vector(p.inertia, w[0], w[1], w[2])
     linear = alpha[0] * alpha[0] + alpha[1] * alpha[1] + alpha[2] * alpha[2]
     angular = w[0] * hx + w[1] * hy + w[2] * hz
     return potential_energy + 0.5 * p.force_weight * p.mass * linear + 0.5 * p.torque_weight * angular

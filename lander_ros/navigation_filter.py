@@ -15,7 +15,8 @@ error is neglected. Measurements are taken one scalar after the other: their noi
 import math
 
 from flight_graph.kernel import kernel
-from lander_ros.rotation import cross, multiply, to_body, to_site
+from flight_graph.vectors import cross
+from lander_ros.rotation import multiply, to_body, to_site
 
 STATES = 15  # length of the error state
 POSITION, VELOCITY, ATTITUDE, GYRO, ACCELEROMETER = 0, 3, 6, 9, 12  # where its parts start

@@ -9,8 +9,9 @@ import math
 
 from flight_graph.kernel import kernel
 from flight_graph.records import field
+from flight_graph.vectors import cross
 from lander_ros.feed_forward import LanderModel, clip_wrench, feed_forward
-from lander_ros.rotation import cross, to_body
+from lander_ros.rotation import to_body
 
 OURS = "baseline of ours"
 

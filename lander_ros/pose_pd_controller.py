@@ -4,23 +4,10 @@ from types import SimpleNamespace
 
 from flight_graph.component import Component
 from flight_graph.kernel import kernel
-from flight_graph.records import Array, State, Vec3
 from lander_ros.landing_checks import require_vehicle
-from lander_ros.landing_controller import take_odometry
+from lander_ros.landing_controller import PoseState, take_odometry
 from lander_ros.pose_pd import PosePd, pose_pd
 from msg_schemas import lander
-
-
-class PosePdState(State):
-    position: Vec3
-    orientation: Array(4)
-    alpha: Vec3
-    rate: Vec3
-    gravity: Vec3
-    work: Array(3, 3)
-    gradient: Array(6)
-    force: Vec3
-    torque: Vec3
 
 
 @kernel
@@ -38,7 +25,7 @@ def control(t_ns, p, x, odometry, gravity, command):
 class PosePdController(Component):
     """PD law on position and attitude, the baseline of the landing."""
 
-    parameters, state = PosePd, PosePdState
+    parameters, state = PosePd, PoseState
     inputs = {"odometry": lander.ODOMETRY, "gravity": lander.GRAVITY}
     outputs = {"command": lander.COMMAND}
     rate_hz = 10.0

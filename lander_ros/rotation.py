@@ -6,28 +6,7 @@ coordinates (D): r^D = q r^B q*.
 """
 
 from flight_graph.kernel import kernel
-
-
-@kernel
-def dot(ax, ay, az, bx, by, bz):
-    """a . b of two vectors given by components."""
-    return ax * bx + ay * by + az * bz
-
-
-@kernel
-def cross(ax, ay, az, bx, by, bz):
-    """a x b of two vectors given by components, as a tuple of three."""
-    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-
-
-@kernel
-def apply(matrix, x, y, z):
-    """matrix (3, 3) times the vector (x, y, z), as a tuple of three."""
-    return (
-        matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2] * z,
-        matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2] * z,
-        matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2] * z,
-    )
+from flight_graph.vectors import cross
 
 
 @kernel

@@ -15,7 +15,8 @@ import numpy as np
 
 from flight_graph.errors import FlightError
 from flight_graph.kernel import kernel
-from lander_ros.rotation import cross, multiply, to_body, to_site
+from flight_graph.vectors import cross
+from lander_ros.rotation import multiply, to_body, to_site
 
 UNIT_TOLERANCE = 1e-6  # [-] how far the norm of a quaternion given by a user may be from 1
 

@@ -10,7 +10,8 @@ V_DI^B = zeta + eps eta, zeta = R^T w_D, eta = R^T [w_D x (rho_D + r)]. State (1
 """
 
 from flight_graph.kernel import kernel
-from lander_ros.rotation import apply, cross, to_body
+from flight_graph.vectors import cross, matrix_vector
+from lander_ros.rotation import to_body
 from lander_ros.twistor import pose_from_twistor
 from lander_ros.twistor_kinematics import twistor_rate
 
@@ -29,7 +30,7 @@ def dual_inertia(mass, inertia, a, out):
     """M a = m a_dual + eps J a_real of a dual vector (6,), to (6,); ``out`` is not ``a``."""
     for i in range(3):
         out[i] = mass * a[3 + i]
-    out[3], out[4], out[5] = apply(inertia, a[0], a[1], a[2])
+    out[3], out[4], out[5] = matrix_vector(inertia, a[0], a[1], a[2])
 
 
 @kernel
@@ -66,7 +67,7 @@ def twistor_state_rate(p, inertia_inverse, gravity, state, force, torque, work, 
     out[12] = (force[0] + gx - first[0] + third[0]) / p.mass
     out[13] = (force[1] + gy - first[1] + third[1]) / p.mass
     out[14] = (force[2] + gz - first[2] + third[2]) / p.mass
-    out[8], out[9], out[10] = apply(
+    out[8], out[9], out[10] = matrix_vector(
         inertia_inverse,
         torque[0] - first[3] + third[3],
         torque[1] - first[4] + third[4],

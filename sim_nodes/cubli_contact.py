@@ -21,13 +21,13 @@ mass, length, wheel_inertia, gravity, gravity_gradient, spin and friction.
 import math
 
 from cubli_ros.attitude import (
-    matrix_vector,
     quaternion_multiply,
     quaternion_normalise,
     quaternion_to_balance,
     quaternion_to_body,
 )
 from flight_graph.kernel import kernel
+from flight_graph.vectors import matrix_vector
 from sim_nodes.cubli_dynamics import disturbance
 from sim_nodes.cubli_plant import SITE_FROM_BALANCE
 

@@ -22,12 +22,12 @@ import numpy as np
 from cubli_ros.attitude import (
     cardan_rates,
     diagonal_torque,
-    matrix_vector,
     quaternion_normalise,
     quaternion_to_body,
     to_body,
 )
 from flight_graph.kernel import kernel
+from flight_graph.vectors import matrix_vector
 
 
 def level_gravity(gravity: float) -> np.ndarray:

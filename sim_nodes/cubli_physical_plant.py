@@ -49,28 +49,20 @@ from sim_nodes.cubli_contact_events import (
     standing_force,
     touch,
 )
-from sim_nodes.cubli_plant import SITE_FROM_BALANCE, transform
+from sim_nodes.cubli_plant import SITE_FROM_BALANCE, RoverParameters, transform
 from sim_nodes.gravity.parameters import SiteParameters, resolve_site
 from sim_nodes.reaction_wheels import deliverable_torque
 
-class PhysicalPlantParameters(SiteParameters):
+class PhysicalPlantParameters(RoverParameters, SiteParameters):
     mass: float = field(2.0, unit="kg", gt=0, source="section 5", doc="mass, wheels included")
     length: float = field(0.2, unit="m", gt=0, source="section 5", doc="edge of the cube")
     friction: float = field(0.6, unit="1", gt=0, doc="friction coefficient of the ground")
     on_lift_off: Choice("fly", "hold") = field(
         "fly", doc="where the ground would have to pull: fly, or stay as if glued")
     on_slip: Choice("hold", "slide") = field("hold", doc="when friction does not suffice: stay all the same, or slide")
-    initial_angles: Vec3 = field((-0.3, 0.3, 0.3), unit="rad", source="section 5", doc="Cardan angles at the start")
-    initial_rates: Vec3 = field(0.0, unit="rad/s", doc="body rates at the start")
     initial_wheel_speed: Vec3 = field(0.0, unit="rad/s", doc="wheel speeds at the start")
     disturbance_amplitude: Vec3 = field(0.02, unit="rad/s^2", ge=0, source="eq. (42)",
                                         doc="of each axis; acts as a torque of m l^2 / 6 times this")
-    disturbance_frequency: float = field(1.0, unit="rad/s", ge=0, source="eq. (42); not given there", doc="of all axes")
-    disturbance_phase: Vec3 = field(0.0, unit="rad", doc="of each axis")
-    torque_limit: float = field(0.02, unit="N m", gt=0, doc="each wheel's largest torque")
-    speed_limit: float = field(628.0, unit="rad/s", gt=0, doc="each wheel's largest speed")
-    wheel_inertia: float = field(1.0e-3, unit="kg m^2", gt=0, doc="of each wheel about its axis")
-    largest_step: float = field(1.0e-3, unit="s", gt=0, doc="Runge-Kutta steps are no longer than this")
 
 
 class PhysicalPlantState(State):

@@ -21,11 +21,9 @@ _HALF = 0.5 * math.acos(1.0 / math.sqrt(3.0))  # [rad]
 SITE_FROM_BALANCE = (math.sin(_HALF) / math.sqrt(2.0), -math.sin(_HALF) / math.sqrt(2.0), 0.0, math.cos(_HALF))
 
 
-class CubliPlantParameters(Parameters):
-    mass: float = field(2.0, unit="kg", gt=0, source="section 5", doc="mass")
-    length: float = field(0.2, unit="m", gt=0, source="section 5", doc="edge of the cube")
-    gravity: float = field(0.002, unit="m/s^2", ge=0, source="section 5.2", doc="surface gravity, level ground")
-    gravity_sign: int = field(1, ge=-1, le=1, source="eq. (4)", doc="+1: inverted pendulum; -1: as printed (hanging)")
+class RoverParameters(Parameters):
+    """Start, disturbance and wheels: what every plant of the rover has."""
+
     initial_angles: Vec3 = field((-0.3, 0.3, 0.3), unit="rad", source="section 5", doc="Cardan angles at the start")
     initial_rates: Vec3 = field(0.0, unit="rad/s", doc="body rates at the start")
     disturbance_amplitude: Vec3 = field(0.02, unit="rad/s^2", ge=0, source="eq. (42)", doc="of each axis")
@@ -35,6 +33,13 @@ class CubliPlantParameters(Parameters):
     speed_limit: float = field(628.0, unit="rad/s", gt=0, doc="each wheel's largest speed")
     wheel_inertia: float = field(1.0e-3, unit="kg m^2", gt=0, doc="of each wheel about its axis")
     largest_step: float = field(1.0e-3, unit="s", gt=0, doc="Runge-Kutta steps are no longer than this")
+
+
+class CubliPlantParameters(RoverParameters):
+    mass: float = field(2.0, unit="kg", gt=0, source="section 5", doc="mass")
+    length: float = field(0.2, unit="m", gt=0, source="section 5", doc="edge of the cube")
+    gravity: float = field(0.002, unit="m/s^2", ge=0, source="section 5.2", doc="surface gravity, level ground")
+    gravity_sign: int = field(1, ge=-1, le=1, source="eq. (4)", doc="+1: inverted pendulum; -1: as printed (hanging)")
 
 
 class CubliPlantState(State):

@@ -21,6 +21,7 @@ import numpy as np
 
 from flight_graph.errors import FlightError
 from flight_graph.kernel import kernel
+from flight_graph.vectors import cross, matrix_vector, transpose_vector
 from sim_nodes.ellipsoid_gravity import ellipsoid_gravity
 
 STATES = 14  # length of the state
@@ -34,31 +35,6 @@ class LanderPlant(NamedTuple):
     site_position: np.ndarray  # rho (3,) [m] in A
     spin: float  # w_A [rad/s] about z_A
     gravity_gradient_mu: float  # [m^3/s^2]; 0: no gravity-gradient torque
-
-
-@kernel
-def _cross(ax, ay, az, bx, by, bz):
-    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-
-
-@kernel
-def _rows(matrix, x, y, z):
-    """matrix (3, 3) times a vector."""
-    return (
-        matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2] * z,
-        matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2] * z,
-        matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2] * z,
-    )
-
-
-@kernel
-def _columns(matrix, x, y, z):
-    """Transpose of a matrix (3, 3) times a vector."""
-    return (
-        matrix[0, 0] * x + matrix[1, 0] * y + matrix[2, 0] * z,
-        matrix[0, 1] * x + matrix[1, 1] * y + matrix[2, 1] * z,
-        matrix[0, 2] * x + matrix[1, 2] * y + matrix[2, 2] * z,
-    )
 
 
 @kernel
@@ -81,7 +57,7 @@ def attitude_matrix(state, out):
 def body_velocity(state, matrix, out):
     """alpha = R_DB^T v, to (3,) [m/s]: the velocity relative to the site, in B. ``matrix`` (3, 3) is work."""
     attitude_matrix(state, matrix)
-    out[0], out[1], out[2] = _columns(matrix, state[3], state[4], state[5])
+    out[0], out[1], out[2] = transpose_vector(matrix, state[3], state[4], state[5])
 
 
 @kernel
@@ -102,7 +78,7 @@ def _solve(matrix, x, y, z):
 @kernel
 def place(p, state):
     """Position of a state in A, three floats [m]."""
-    ax, ay, az = _rows(p.site_rotation, state[0], state[1], state[2])
+    ax, ay, az = matrix_vector(p.site_rotation, state[0], state[1], state[2])
     return ax + p.site_position[0], ay + p.site_position[1], az + p.site_position[2]
 
 
@@ -113,10 +89,10 @@ def rate_under(gx, gy, gz, p, state, force, torque, mass_flow, matrix, out):
     attitude_matrix(state, matrix)
     ax, ay, az = place(p, state)
     # in A, w x (w x a) = -spin^2 (x, y, 0)
-    gx, gy, gz = _columns(p.site_rotation, gx + spin * spin * ax, gy + spin * spin * ay, gz)
+    gx, gy, gz = transpose_vector(p.site_rotation, gx + spin * spin * ax, gy + spin * spin * ay, gz)
     wx, wy, wz = spin * p.site_rotation[2, 0], spin * p.site_rotation[2, 1], spin * p.site_rotation[2, 2]
-    cx, cy, cz = _cross(wx, wy, wz, state[3], state[4], state[5])
-    fx, fy, fz = _rows(matrix, force[0], force[1], force[2])
+    cx, cy, cz = cross(wx, wy, wz, state[3], state[4], state[5])
+    fx, fy, fz = matrix_vector(matrix, force[0], force[1], force[2])
     for i in range(3):
         out[i] = state[3 + i]
     out[3] = fx / state[13] + gx - 2.0 * cx
@@ -127,20 +103,20 @@ def rate_under(gx, gy, gz, p, state, force, torque, mass_flow, matrix, out):
     out[7] = 0.5 * (state[9] * ry + state[8] * rx - state[6] * rz)
     out[8] = 0.5 * (state[9] * rz + state[6] * ry - state[7] * rx)
     out[9] = -0.5 * (state[6] * rx + state[7] * ry + state[8] * rz)
-    zx, zy, zz = _columns(matrix, wx, wy, wz)
-    hx, hy, hz = _rows(p.inertia, rx + zx, ry + zy, rz + zz)
-    cx, cy, cz = _cross(rx + zx, ry + zy, rz + zz, hx, hy, hz)
+    zx, zy, zz = transpose_vector(matrix, wx, wy, wz)
+    hx, hy, hz = matrix_vector(p.inertia, rx + zx, ry + zy, rz + zz)
+    cx, cy, cz = cross(rx + zx, ry + zy, rz + zz, hx, hy, hz)
     tx, ty, tz = torque[0] - cx, torque[1] - cy, torque[2] - cz
     if p.gravity_gradient_mu > 0.0:
-        dx, dy, dz = _columns(p.site_rotation, ax, ay, az)
-        dx, dy, dz = _columns(matrix, dx, dy, dz)
-        hx, hy, hz = _rows(p.inertia, dx, dy, dz)
-        cx, cy, cz = _cross(dx, dy, dz, hx, hy, hz)
+        dx, dy, dz = transpose_vector(p.site_rotation, ax, ay, az)
+        dx, dy, dz = transpose_vector(matrix, dx, dy, dz)
+        hx, hy, hz = matrix_vector(p.inertia, dx, dy, dz)
+        cx, cy, cz = cross(dx, dy, dz, hx, hy, hz)
         squared = dx * dx + dy * dy + dz * dz
         scale = 3.0 * p.gravity_gradient_mu / (squared * squared * math.sqrt(squared))
         tx, ty, tz = tx + scale * cx, ty + scale * cy, tz + scale * cz
     sx, sy, sz = _solve(p.inertia, tx, ty, tz)
-    cx, cy, cz = _cross(rx, ry, rz, zx, zy, zz)
+    cx, cy, cz = cross(rx, ry, rz, zx, zy, zz)
     out[10], out[11], out[12] = sx + cx, sy + cy, sz + cz
     out[13] = -mass_flow
 
@@ -182,7 +158,7 @@ def dynamics(gravity) -> Dynamics:
         """The true g^D, to (3,) [m/s^2], at the position of a state."""
         ax, ay, az = place(p, state)
         gx, gy, gz = gravity(field, p, ax, ay, az)
-        out[0], out[1], out[2] = _columns(p.site_rotation, gx, gy, gz)
+        out[0], out[1], out[2] = transpose_vector(p.site_rotation, gx, gy, gz)
 
     @kernel
     def state_rate(field, p, state, force, torque, mass_flow, matrix, out):

@@ -27,59 +27,42 @@ FACES, VERTICES = 1280, 1280  # capacity of the tables; a closed surface in one 
 BENNU_EXPONENT = exponent_for_volume(*bodies.BENNU_SEMI_AXES, bodies.sphere_volume(bodies.BENNU_MEAN_RADIUS))
 RIGHT_ANGLE = 0.5 * math.pi  # [rad]
 
-# entries that plant and gravity model share
-MODEL = field("superellipsoid", doc="semi_axes and exponent as a mesh, or the mesh of a file")
-AXES = field(bodies.BENNU_SEMI_AXES, unit="m", gt=0, source="Bennu", doc="of the superellipsoid")
-EXPONENT = field(BENNU_EXPONENT, unit="1", ge=1, le=50, source="Bennu's volume",
-                 doc="of the superellipsoid: 1 a double cone, 2 the ellipsoid")
-FREQUENCY = field(7, ge=2, le=8,
-                  doc="of the superellipsoid's mesh: an icosahedron's edges cut into so many parts, 20 n^2 faces")
-MESH = field("", doc=f"Wavefront .obj file of mesh, centred on its mass, of {FACES} faces at most")
-SCALE = field(1.0, unit="m", gt=0, doc="of one unit of that file; 1000 for kilometres")
-MU = field(bodies.BENNU_GM, unit="m^3/s^2", gt=0, source="Bennu", doc="gravitational parameter of the body")
-SPIN = field(bodies.BENNU_SPIN, unit="rad/s", source="Bennu, 4.296 h", doc="about z_A")
-LATITUDE = field(math.radians(25.0), unit="rad", gt=-RIGHT_ANGLE, lt=RIGHT_ANGLE, doc="of the mark, planetocentric")
-LONGITUDE = field(math.radians(40.0), unit="rad", doc="of the mark")
+
+def polyhedral_parameters(base):
+    """The parameters of the plant or of the gravity model, and those of the body."""
+
+    class PolyhedralParameters(base):
+        gravity_model: Choice("superellipsoid", "mesh") = field(
+            "superellipsoid", doc="semi_axes and exponent as a mesh, or the mesh of a file")
+        semi_axes: Vec3 = field(
+            bodies.BENNU_SEMI_AXES, unit="m", gt=0, source="Bennu", doc="of the superellipsoid")
+        exponent: float = field(BENNU_EXPONENT, unit="1", ge=1, le=50, source="Bennu's volume",
+                                doc="of the superellipsoid: 1 a double cone, 2 the ellipsoid")
+        mesh_frequency: int = field(
+            7, ge=2, le=8,
+            doc="of the superellipsoid's mesh: an icosahedron's edges cut into so many parts, 20 n^2 faces")
+        mesh: str = field("", doc=f"Wavefront .obj file of mesh, centred on its mass, of {FACES} faces at most")
+        mesh_scale: float = field(1.0, unit="m", gt=0, doc="of one unit of that file; 1000 for kilometres")
+        mu: float = field(
+            bodies.BENNU_GM, unit="m^3/s^2", gt=0, source="Bennu", doc="gravitational parameter of the body")
+        body_spin: float = field(bodies.BENNU_SPIN, unit="rad/s", source="Bennu, 4.296 h", doc="about z_A")
+        site_latitude: float = field(math.radians(25.0), unit="rad", gt=-RIGHT_ANGLE, lt=RIGHT_ANGLE,
+                                     doc="of the mark, planetocentric")
+        site_longitude: float = field(math.radians(40.0), unit="rad", doc="of the mark")
+
+    return PolyhedralParameters
 
 
-class PolyhedralPlantParameters(LanderPlantParameters):
-    gravity_model: Choice("superellipsoid", "mesh") = MODEL
-    semi_axes: Vec3 = AXES
-    exponent: float = EXPONENT
-    mesh_frequency: int = FREQUENCY
-    mesh: str = MESH
-    mesh_scale: float = SCALE
-    mu: float = MU
-    body_spin: float = SPIN
-    site_latitude: float = LATITUDE
-    site_longitude: float = LONGITUDE
+def polyhedral_state(base):
+    """The state of the plant or of the gravity model, and the tables of the mesh."""
 
+    class PolyhedralState(base):
+        vertices: Array(VERTICES, 3)
+        faces: Array(FACES, 3)
+        face_count: int
+        strength: float
 
-class PolyhedralPlantState(LanderPlantState):
-    vertices: Array(VERTICES, 3)
-    faces: Array(FACES, 3)
-    face_count: int
-    strength: float
-
-
-class PolyhedralGravityModelParameters(GravityModelParameters):
-    gravity_model: Choice("superellipsoid", "mesh") = MODEL
-    semi_axes: Vec3 = AXES
-    exponent: float = EXPONENT
-    mesh_frequency: int = FREQUENCY
-    mesh: str = MESH
-    mesh_scale: float = SCALE
-    mu: float = MU
-    body_spin: float = SPIN
-    site_latitude: float = LATITUDE
-    site_longitude: float = LONGITUDE
-
-
-class PolyhedralGravityModelState(GravityModelState):
-    vertices: Array(VERTICES, 3)
-    faces: Array(FACES, 3)
-    face_count: int
-    strength: float
+    return PolyhedralState
 
 
 @lru_cache(maxsize=8)
@@ -139,7 +122,7 @@ def located(values: dict, folder: Path | None) -> dict:
 
 
 def body_tables(values: dict, where: str) -> dict:
-    """Mesh and site, for the entries of `PolyhedralPlantState` and `PolyhedralGravityModelState`."""
+    """Mesh and site, for the entries of `polyhedral_state`."""
     polyhedron = body_of(values, where).polyhedron
     position, rotation = site_of(values, where)
     used, faces = np.unique(polyhedron.faces, return_inverse=True)
@@ -175,7 +158,7 @@ POLYHEDRON = dynamics(gravity_of_faces)
 class PolyhedralPlant(LanderPlant):
     """The lander near a rotating polyhedron, a superellipsoid's or a user's mesh: body, thrusters, contact trigger."""
 
-    parameters, state = PolyhedralPlantParameters, PolyhedralPlantState
+    parameters, state = polyhedral_parameters(LanderPlantParameters), polyhedral_state(LanderPlantState)
     start, update = moving(prepare_site, POLYHEDRON)
 
     @classmethod
@@ -195,7 +178,7 @@ class PolyhedralPlant(LanderPlant):
 class PolyhedralGravityModel(GravityModel):
     """On-board gravity model near a polyhedron: the true field at the estimated position, times a factor."""
 
-    parameters, state = PolyhedralGravityModelParameters, PolyhedralGravityModelState
+    parameters, state = polyhedral_parameters(GravityModelParameters), polyhedral_state(GravityModelState)
     start, kernel = prepare_site, gravity_model(POLYHEDRON.site_gravity)
 
     @classmethod

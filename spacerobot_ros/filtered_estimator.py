@@ -9,11 +9,15 @@ from flight_graph.component import Component
 from flight_graph.kernel import kernel
 from flight_graph.records import Array, field
 from msg_schemas import spacerobot
-from spacerobot_ros import recursive_least_squares as rls
 from spacerobot_ros.filtered_regressor import NOT_FINITE, READY, filter_step, momentum_regressor
-from spacerobot_ros.least_squares_estimator import count_status, covariance_parameters, covariance_state, publish, start
+from spacerobot_ros.least_squares_estimator import (
+    covariance_estimator,
+    covariance_parameters,
+    covariance_state,
+    learn,
+    publish,
+)
 from spacerobot_ros.motion_inputs import read_motion
-from spacerobot_ros.robot_parameters import resolve_covariance, resolve_prior
 
 
 def filtered_parameters(joints):
@@ -65,32 +69,16 @@ def estimate(t_ns, p, x, odometry, joints, accelerations, torque, monitor, param
     elif p.freeze and monitor.freeze > 0.0:
         x.frozen += 1.0
     elif x.phase == READY:
-        count_status(x, rls.update(x.filtered[:], x.first_row, x.torque[:], p.forgetting, x.pi_hat[:], x.g[:],
-                                   p.covariance_diagonal[:],
-                                   x.work[:]))
+        learn(p, x, x.filtered[:], x.first_row, x.torque[:])
     publish(p, x, parameters, telemetry)
 
 
 def estimator(topics: spacerobot.Topics) -> type[Component]:
     """The filtered estimator of a robot with these topics."""
 
-    class FilteredEstimator(Component):
-        """Inertial parameters by least squares on the low-passed equation of motion, without accelerations."""
-
-        parameters, state = filtered_parameters(topics.joints), filtered_state(topics.joints)
-        inputs = {"odometry": topics.odometry, "joints": topics.joint_estimate, "accelerations": topics.accelerations,
-                  "torque": topics.torque_estimate, "monitor": topics.monitor}
-        optional_inputs = ("monitor",)
-        tolerates_nonfinite = ("joints",)
-        outputs = {"parameters": topics.parameters, "telemetry": topics.estimator}
-        rate_hz = 50.0
-        start, kernel = start, estimate
-
-        @classmethod
-        def resolve(cls, values, where, folder=None):
-            return resolve_covariance(resolve_prior(values, where, folder))
-
-    return FilteredEstimator
+    return covariance_estimator(
+        topics, filtered_parameters(topics.joints), filtered_state(topics.joints), estimate,
+        "Inertial parameters by least squares on the low-passed equation of motion, without accelerations.")
 
 
 FilteredEstimator = estimator(spacerobot.MINI)

@@ -75,8 +75,10 @@ def start(p, x):
 
 
 @kernel
-def count_status(x, status):
-    """Keep the books on what an update reported."""
+def learn(p, x, regressor_rows, first_row, torque):
+    """One update by the rows from first_row on of regressor_rows pi = torque; keep the books on what it reports."""
+    status = rls.update(regressor_rows, first_row, torque, p.forgetting, x.pi_hat[:], x.g[:], p.covariance_diagonal[:],
+                        x.work[:])
     if status & rls.SKIPPED:
         x.skipped += 1.0
     else:
@@ -119,33 +121,35 @@ def estimate(t_ns, p, x, odometry, joints, accelerations, torque, monitor, param
             x.tree.view(np.int64), x.rotation[:], p.offset[:], p.axis[:], x.base_motion[0], x.base_motion[0],
             x.base_motion[1], x.base_motion[2], x.joint_motion[1],
             x.joint_motion[1], x.joint_motion[2], x.y[:], x.moving[:], x.block[:])
-        first_row = 3 * p.rows
-        count_status(x, rls.update(x.y[:], first_row, x.measured[:], p.forgetting, x.pi_hat[:], x.g[:],
-                                   p.covariance_diagonal[:],
-                                   x.work[:]))
+        learn(p, x, x.y[:], 3 * p.rows, x.measured[:])
     publish(p, x, parameters, telemetry)
 
 
-def estimator(topics: spacerobot.Topics) -> type[Component]:
-    """The least-squares estimator of a robot with these topics."""
+def covariance_estimator(topics: spacerobot.Topics, entries, memory, function, summary) -> type[Component]:
+    """An estimator that keeps a covariance, with its parameters, state, kernel and docstring."""
 
-    class LeastSquaresEstimator(Component):
-        """Inertial parameters by recursive least squares on the measured motion and torques."""
-
-        parameters, state = least_squares_parameters(topics.joints), covariance_state(topics.joints)
+    class CovarianceEstimator(Component):
+        __doc__ = summary
+        parameters, state = entries, memory
         inputs = {"odometry": topics.odometry, "joints": topics.joint_estimate, "accelerations": topics.accelerations,
                   "torque": topics.torque_estimate, "monitor": topics.monitor}
         optional_inputs = ("monitor",)
         tolerates_nonfinite = ("joints",)
         outputs = {"parameters": topics.parameters, "telemetry": topics.estimator}
         rate_hz = 50.0
-        start, kernel = start, estimate
+        start, kernel = start, function
 
         @classmethod
         def resolve(cls, values, where, folder=None):
             return resolve_covariance(resolve_prior(values, where, folder))
 
-    return LeastSquaresEstimator
+    return CovarianceEstimator
+
+
+def estimator(topics: spacerobot.Topics) -> type[Component]:
+    """The least-squares estimator of a robot with these topics."""
+    return covariance_estimator(topics, least_squares_parameters(topics.joints), covariance_state(topics.joints), estimate,
+                                "Inertial parameters by recursive least squares on the measured motion and torques.")
 
 
 LeastSquaresEstimator = estimator(spacerobot.MINI)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from cubli_ros import attitude
+from flight_graph.vectors import cross, matrix_vector, transpose_vector
 
 angle = st.floats(-1.4, 1.4)
 wide = st.floats(-3.0, 3.0)
@@ -106,7 +107,9 @@ def test_normalising_and_inverting():
     out = np.empty((3, 3))
     attitude.invert_3x3(matrix, out)
     np.testing.assert_allclose(out, np.linalg.inv(matrix), rtol=1e-13)
-    np.testing.assert_allclose(attitude.matrix_vector(matrix, 1.0, 2.0, 3.0), matrix @ [1.0, 2.0, 3.0], rtol=1e-15)
+    np.testing.assert_allclose(matrix_vector(matrix, 1.0, 2.0, 3.0), matrix @ [1.0, 2.0, 3.0], rtol=1e-15)
+    np.testing.assert_allclose(transpose_vector(matrix, 1.0, 2.0, 3.0), matrix.T @ [1.0, 2.0, 3.0], rtol=1e-15)
+    np.testing.assert_array_equal(cross(1.0, 2.0, 3.0, -4.0, 0.5, 6.0), np.cross([1.0, 2.0, 3.0], [-4.0, 0.5, 6.0]))
 
 
 def test_gravity_torque_is_the_printed_cross_product():
