@@ -20,11 +20,9 @@ from flight_graph.errors import FlightError, unknown
 from flight_graph.graph import Node
 from flight_graph.recorded_run import RecordedRun, open_recorded, shortened
 from flight_graph.recording import RecordedTopic, payloads
+from flight_graph.runs import ENGINES
 from flight_graph.scenario import Scenario
 from flight_graph.timebase import SECOND, stamp_parts
-
-ENGINES = ("compiled", "python", "ros")
-
 
 @dataclass(frozen=True)
 class RecordedInput:

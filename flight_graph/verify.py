@@ -1,29 +1,43 @@
-"""A bag run again from itself: its scenario, its code, this machine; every message compared with the recorded one."""
+"""A bag run again from itself: its scenario, its code, this machine; every message compared with the recorded one.
+
+In any engine: that ROS nodes, the compiled loop and plain Python leave the same bytes is what it shows then.
+"""
 
 import tempfile
 from pathlib import Path
 
 import numpy as np
 
+from flight_graph.bag.reader import read_bag
 from flight_graph.comparison import NOT_COMPARED, TOLERANCE, Comparison, compare, write_topics
 from flight_graph.compiled import CompiledRun, Recording
 from flight_graph.errors import FlightError, RunStopped
 from flight_graph.recorded_run import RecordedRun, open_recorded, shortened
 from flight_graph.recording import payloads
+from flight_graph.runs import check_engine
+
+_ROS_TIMEOUT_S = 60.0
 
 
-def verify(path, trust: bool = False, tolerance: float = TOLERANCE, progress=None, compiling=None) -> Comparison:
-    """Run a recorded scenario again in the compiled engine and compare all recorded topics. Raises FlightError.
+def verify(path, engine: str = "compiled", trust: bool = False, tolerance: float = TOLERANCE, progress=None,
+           compiling=None) -> Comparison:
+    """Run a recorded scenario again and compare all recorded topics. Raises FlightError.
 
-    A run that was interrupted, or recovered after a crash, is compared as far as its bag goes. What a realtime run
-    did depended on when its messages arrived: nothing is compared then.
+    engine: ``compiled``, ``python`` or ``ros`` (all nodes, in lockstep). A run that was interrupted, or recovered after a
+    crash, is compared as far as its bag goes (not in ros). What a realtime run did depended on when its messages
+    arrived: nothing is compared then.
     """
     run = open_recorded(path, trust)
+    check_engine(run.scenario, engine)
     remarks = [run.changes_sentence()] if run.changed else []
     if run.is_realtime:
         return Comparison(NOT_COMPARED, "nothing", changed=run.changed, sentences=[
             "not compared: the run was in realtime, so the wall clock decided which message reached whom in time; "
             "record in lockstep to have a run that can be repeated", *remarks])
+    if engine == "ros":
+        result = _as_nodes(run, tolerance, progress)
+        result.sentences += remarks
+        return result
     if run.scenario.file.only and run.scenario.file.only.engine == "ros":
         raise FlightError(f"{run.bag.path}: {run.scenario.name} runs in the ros engine only: "
                           f"{run.scenario.file.only.because}")
@@ -33,10 +47,7 @@ def verify(path, trust: bool = False, tolerance: float = TOLERANCE, progress=Non
             f"not compared: {stopped or 'the bag holds no messages'}", *remarks])
     with tempfile.TemporaryDirectory(prefix="flight_verify_") as folder:
         again = _as_bag(run, recording, Path(folder) / "again")
-        result = compare(run.bag, again, [name for name in again.topics], run.changed, tolerance)
-        unexpected = [name for name in run.bag.topics if name not in again.topics]
-    if unexpected:
-        remarks.append("not compared, for the scenario does not say what is on them: " + ", ".join(unexpected))
+        result = _compare(run, again, tolerance)
     if not run.complete:
         what = "was recovered after a crash" if run.recovered else "was interrupted"
         remarks.append(f"the run {what}: {run.recorded_until_ns / 1e9:.9g} of {run.scenario.duration_ns / 1e9:g} s are "
@@ -45,6 +56,26 @@ def verify(path, trust: bool = False, tolerance: float = TOLERANCE, progress=Non
         remarks.append(f"run again, {stopped}")
     result.sentences += remarks
     return result
+
+
+def _compare(run, again, tolerance):
+    result = compare(run.bag, again, list(again.topics), run.changed, tolerance)
+    unexpected = [name for name in run.bag.topics if name not in again.topics]
+    if unexpected:
+        result.sentences.append(
+            "not compared, for the scenario does not say what is on them: " + ", ".join(unexpected))
+    return result
+
+
+def _as_nodes(run, tolerance, progress):
+    """The comparison with a run of ROS nodes."""
+    from flight_graph.ros import launcher
+    if not run.complete:
+        raise FlightError(f"{run.bag.path}: the run did not come to its end; a part of a run is compared by the compiled "
+                          "engine only")
+    with tempfile.TemporaryDirectory(prefix="flight_verify_") as folder:
+        launcher.run(run.scenario, Path(folder) / "again", timeout_s=_ROS_TIMEOUT_S, progress=progress)
+        return _compare(run, read_bag(Path(folder) / "again"), tolerance)
 
 
 def _again(run: RecordedRun, progress, compiling) -> tuple[Recording | None, str]:

@@ -21,20 +21,26 @@ _ROWS = 40  # of the table of differing fields
 
 
 def register(app: typer.Typer) -> None:
-    app.command(epilog="Example: flight verify runs/cubli_asteroid-ros-1")(verify)
+    app.command(epilog="Example: flight verify bags/cubli_asteroid --engine ros")(verify)
     app.command(epilog="Example: flight replay runs/cubli_earth-ros-1 --component controller --set k_a=0.02")(replay)
     app.command(epilog="Example: flight play runs/cubli_asteroid-ros-1 --rate 0.5 --topics /cubli/imu --loop")(play)
 
 
-def verify(bag: BagPath, trust: Trust = False, tolerance: Tolerance = 1e-6, as_json: Json = False) -> None:
+def verify(
+    bag: BagPath,
+    engine: Annotated[str, typer.Option(help="compiled, python, or ros (all nodes, in lockstep).")] = "compiled",
+    trust: Trust = False, tolerance: Tolerance = 1e-6, as_json: Json = False,
+) -> None:
     """Run a bag's scenario again from the bag alone and compare every message, byte for byte.
 
-    Where versions differ (they are named) and bytes do too, the comparison is within a tolerance. The status is 0 when
-    the bag holds, 1 when it does not or cannot be compared.
+    Any engine must give the bytes of any other. Where versions differ (they are named) and bytes do too, the comparison
+    is within a tolerance. The status is 0 when the bag holds, 1 when it does not or cannot be compared.
     """
+    if engine == "python":
+        os.environ["NUMBA_DISABLE_JIT"] = "1"
     from flight_graph.verify import verify as run_again
     with steps(f"verify {bag}", not as_json) as advance:
-        result = run_again(bag, trust, tolerance, lambda seconds: advance(seconds, None, "s simulated"),
+        result = run_again(bag, engine, trust, tolerance, lambda seconds: advance(seconds, None, "s simulated"),
                            lambda: advance(0, None, "compiling (once; it is kept)"))
     if as_json:
         print(json.dumps({"bag": str(bag), "holds": result.holds, **result.plain()}, default=str))
@@ -91,9 +97,11 @@ def play(
 
 
 def _show(result) -> None:
-    colour = "green" if result.holds else "red"
-    console.print(f"[{colour}]{result.verdict}[/]", highlight=False)
-    for sentence in result.sentences:
+    first, *others = result.sentences
+    if not first.startswith(result.verdict):
+        first = f"{result.verdict}: {first}"
+    console.print(first, style="green" if result.holds else "red", markup=False, highlight=False)
+    for sentence in others:
         console.print(sentence, markup=False, highlight=False)
     different = [topic for topic in result.topics if not topic.equal]
     if different:

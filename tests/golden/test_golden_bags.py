@@ -1,4 +1,4 @@
-"""Golden bags: each verifies itself, and every component replays, byte for byte.
+"""Golden bags: each verifies itself, as a compiled loop and as ROS nodes, and every component replays, byte for byte.
 
 On another architecture, or with other library versions, a bag that differs is compared within a tolerance; a warning
 says so in pytest's summary. A difference where only this project's own code has changed is a failure: the code has
@@ -43,6 +43,19 @@ def test_golden_bag(bag):
         judge(bag, f"replay of {name}", replay(bag, name).comparison)
         replayed += 1
     assert replayed == len(run.scenario.graph.nodes)
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize("bag", BAGS, ids=lambda bag: bag.name)
+def test_golden_bag_as_nodes(bag):
+    """The same components as processes that talk over DDS leave the same bytes."""
+    pytest.importorskip("rclpy")
+    only = open_recorded(bag).scenario.file.only
+    if only is not None and only.engine != "ros":
+        with pytest.raises(FlightError, match="runs in the compiled engine only"):
+            verify(bag, "ros")
+    else:
+        judge(bag, "verify as nodes", verify(bag, "ros"))
 
 
 def test_every_scenario_has_one():
