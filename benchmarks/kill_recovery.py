@@ -131,7 +131,7 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder:
             kills.append(kill_once(Path(folder), ("recorder", "graph")[number % 2], float(rng.uniform(0.3, 3.0))))
     shared_memory.clean()
-    table = Table("killed", "times", "lost, median [s]", "lost, most [s]", "intact",
+    table = Table("killed", "times", "seconds lost, median", "most", "intact",
                   title=f"kill -9 in a realtime run ({RATE_HZ:g} Hz)", title_justify="left")
     for victim in ("recorder", "graph"):
         mine = [kill for kill in kills if kill.victim == victim]
