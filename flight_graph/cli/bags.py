@@ -48,8 +48,7 @@ def info(
         return
     seconds = (content.end_ns - content.start_ns) / 1e9
     topics = [{"topic": topic.name, "type": topic.type_name, "count": topic.count,
-               "rate_hz": (topic.count - 1) / seconds if seconds > 0 and topic.count > 1 else None}
-              for topic in content.topics.values()]
+               "rate_hz": _mean_rate(content.stamps_ns(topic.name))} for topic in content.topics.values()]
     report = {"bag": str(bag), "start_ns": content.start_ns, "duration_s": seconds, "topics": topics,
               "metadata": dict(content.metadata), "attachments": list(content.attachments)}
     if as_json:
@@ -66,6 +65,12 @@ def info(
             console.print(f"{name}: " + ", ".join(f"{key} {value}" for key, value in dict(entries).items()),
                           highlight=False, markup=False)
     console.print("attachments: " + ", ".join(report["attachments"]), highlight=False, markup=False)
+
+
+def _mean_rate(stamps):
+    """Messages per second between the first and the last one; None where these do not differ."""
+    seconds = int(stamps.max() - stamps.min()) / 1e9 if len(stamps) else 0.0
+    return (len(stamps) - 1) / seconds if seconds else None
 
 
 def plot(

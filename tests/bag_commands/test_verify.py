@@ -192,6 +192,12 @@ def test_a_bag_of_somebody_else(flight, tmp_path):
     assert done.status == 2 and "carries no scenario" in " ".join(done.err.split())
 
 
+def test_info_lists_topics_at_their_rates(flight, asteroid):
+    topics = {topic["topic"]: topic for topic in json.loads(flight("info", asteroid, "--json").out)["topics"]}
+    assert (topics["/cubli/imu"]["count"], topics["/cubli/imu"]["rate_hz"]) == (400, 100.0)
+    assert (topics["/cubli/star_tracker"]["count"], topics["/cubli/star_tracker"]["rate_hz"]) == (16, 4.0)
+
+
 def test_what_a_bag_says_of_itself(asteroid):
     """Scenario with every parameter, claims of its paper, versions, engine, units of the named quantities."""
     bag = read_bag(asteroid)
