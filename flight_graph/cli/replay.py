@@ -72,7 +72,7 @@ def replay(
         print(json.dumps({"bag": str(bag), "holds": result.holds, **result.plain()}, default=str))
     else:
         console.print(f"{result.component}: {result.firings} firings ({result.engine})", highlight=False)
-        _show(result.comparison)
+        _show(result.comparison, result.open_loop)
     if not result.holds:
         raise typer.Exit(1)
 
@@ -96,11 +96,13 @@ def play(
           + (f"; at most {report.worst_delay_s:.3f} s late" if report.messages else ""))
 
 
-def _show(result) -> None:
+def _show(result, open_loop: bool = False) -> None:
+    """Print a comparison; one of an open-loop replay has no verdict."""
     first, *others = result.sentences
-    if not first.startswith(result.verdict):
+    if not open_loop and not first.startswith(result.verdict):
         first = f"{result.verdict}: {first}"
-    console.print(first, style="green" if result.holds else "red", markup=False, highlight=False)
+    colour = "yellow" if open_loop else "green" if result.holds else "red"
+    console.print(first, style=colour, markup=False, highlight=False)
     for sentence in others:
         console.print(sentence, markup=False, highlight=False)
     different = [topic for topic in result.topics if not topic.equal]
