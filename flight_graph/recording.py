@@ -69,7 +69,8 @@ class RunBag:
 
     def __init__(self, folder, scenario: Scenario, engine: str, pace: str, overwrite: bool = False):
         self.topics = recorded_topics(scenario)
-        self.writer = BagWriter(folder, overwrite=overwrite)
+        self.writer = BagWriter(
+            folder, flush_period_s=scenario.file.record.flush_period_s, overwrite=overwrite)
         self._handles, self._scenario = {}, scenario
         for topic in self.topics:
             name = "/" + topic.topic

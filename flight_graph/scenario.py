@@ -26,6 +26,7 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from flight_graph import expressions, registry
+from flight_graph.bag.journal import FLUSH_PERIOD_S
 from flight_graph.errors import FlightError, unknown
 from flight_graph.graph import Edge, Graph, Node
 from flight_graph.noise import stream_key
@@ -56,10 +57,14 @@ class EdgeEntry(_Strict):
 
 
 class RecordEntry(_Strict):
-    """What the bag holds: all topics or the named ones, thinned to at most ``max_rate_hz``."""
+    """What the bag holds: all topics or the named ones, thinned to at most ``max_rate_hz``.
+
+    flush_period_s: wall time of messages that a kill -9 of the ros engine's recorder may cost at most.
+    """
 
     topics: list[str] | None = None
-    max_rate_hz: float | None = None
+    max_rate_hz: float | None = Field(None, gt=0, allow_inf_nan=False)
+    flush_period_s: float = Field(FLUSH_PERIOD_S, ge=0.01, le=60, allow_inf_nan=False)
 
 
 class EngineLimit(_Strict):

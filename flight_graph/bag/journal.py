@@ -15,6 +15,7 @@ import zlib
 from pathlib import Path
 
 FILE_NAME = "RECORDING"
+FLUSH_PERIOD_S = 0.2  # [s] default: wall time of messages that a kill -9 may cost at most
 _TEXT = (b"This bag is being recorded, or its recorder was stopped before it could finish.\n"
          b"In the second case `flight recover <this folder>` makes a valid bag of it.\n").ljust(256)
 _HEAD = struct.Struct("<QQI")

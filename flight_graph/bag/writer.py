@@ -22,7 +22,7 @@ from flight_graph.bag.byte_kernels import MESSAGE, MESSAGE_HEAD
 from flight_graph.bag.description import FILE_NAME, TopicDescription, describe, qos_text, to_yaml, write_description
 from flight_graph.bag.errors import BagError
 from flight_graph.bag.journal import FILE_NAME as MARK
-from flight_graph.bag.journal import Journal
+from flight_graph.bag.journal import FLUSH_PERIOD_S, Journal
 from flight_graph.bag.mcap_file import McapFile
 from flight_graph.bag.message_types import standard_definition
 from msg_schemas.definitions import Definition
@@ -50,7 +50,7 @@ class BagWriter:
     overwrite: replace a bag that is already there (never a folder that holds anything else).
     """
 
-    def __init__(self, folder, *, flush_period_s: float = 0.2, overwrite: bool = False):
+    def __init__(self, folder, *, flush_period_s: float = FLUSH_PERIOD_S, overwrite: bool = False):
         self.folder = Path(folder)
         self.path = self.folder / f"{self.folder.resolve().name}_0.mcap"
         self._lock, self._flush_lock = threading.Lock(), threading.Lock()

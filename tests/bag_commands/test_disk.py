@@ -1,13 +1,18 @@
-"""Recording to a disk that is full or read-only: a real one, in a mount namespace of the command's own."""
+"""Recording to disk: how often, and to one that is full or read-only (a real one, in a mount namespace of its own)."""
 
 import shutil
 import subprocess
+import time
 
 import numpy as np
 import pytest
 
 from flight_graph.bag.reader import read_bag
-from tests.ros.processes import FLIGHT, environment
+from flight_graph.errors import FlightError
+from flight_graph.recording import RunBag
+from flight_graph.scenario import Scenario
+from tests.graph import toy
+from tests.ros.processes import FLIGHT, environment, until
 
 DISK = ("unshare", "--mount", "--map-root-user", "sh", "-c")
 
@@ -51,3 +56,18 @@ def test_a_full_disk(on_disk, tmp_path, engine):
 def test_a_read_only_disk(on_disk, tmp_path):
     (run,) = on_disk("ro", "run cubli_earth --duration 0.5 --out disk/bag > log")
     assert run[0] == 2 and "cannot be written" in run[1] and "read-only" in run[1], run
+
+
+def test_the_scenario_says_how_often_messages_reach_the_disk(tmp_path):
+    for period, reaches in ((0.02, True), (60.0, False)):
+        bag = RunBag(tmp_path / f"every {period}", Scenario(toy.scenario(record={"flush_period_s": period}), "t"), "ros", "lockstep")
+        journal = tmp_path / f"every {period}" / "RECORDING"
+        bag.write(bag.topics[0], 0, bag.topics[0].signal.template)
+        if reaches:
+            until(lambda: bag.topics[0].signal.template[4:] in journal.read_bytes(), 10.0, "the message in RECORDING")
+        else:
+            time.sleep(0.3)  # many times the default
+            assert bag.topics[0].signal.template[4:] not in journal.read_bytes()
+        bag.close({"complete": "false", "lost": "0"})
+    with pytest.raises(FlightError, match="record.flush_period_s"):
+        Scenario(toy.scenario(record={"flush_period_s": 0}), "t")
