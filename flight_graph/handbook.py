@@ -11,6 +11,7 @@ from pathlib import Path
 import yaml
 
 from flight_graph import registry, scenario
+from flight_graph.scenario_file import PARTS, ScenarioFile
 from msg_schemas.qos import QOS
 from msg_schemas.signal import Signal
 
@@ -31,7 +32,7 @@ def vehicles() -> dict[str, dict[str, Signal]]:
 
 def reference() -> str:
     """The page as Markdown."""
-    return "\n".join([_NOTE, "# Reference", "", *_scenarios(), *_qos(), *_topics(), *_components(), ""])
+    return "\n".join([_NOTE, "# Reference", "", *_scenarios(), *_scenario_keys(), *_qos(), *_topics(), *_components(), ""])
 
 
 def _scenarios():
@@ -40,6 +41,21 @@ def _scenarios():
         data = yaml.safe_load(path.read_text())
         yield f"| `{name}` | {_cell(data['title'])} | {data['duration_s']:g} s |"
     yield ""
+
+
+def _scenario_keys():
+    yield from ["## Keys of a scenario file", "", "| key | default | meaning |", "|---|---|---|"]
+    for name, info in ScenarioFile.model_fields.items():
+        yield _key_row(name, info)
+        for part, details in PARTS[name].model_fields.items() if name in PARTS else ():
+            between = "<name>." if name in ("components", "connect") else ""
+            yield _key_row(f"{name}.{between}{details.alias or part}", details)
+    yield ""
+
+
+def _key_row(name, info):
+    default = "required" if info.is_required() else "" if info.default_factory or info.default in (None, "") else info.default
+    return f"| `{name}` | {_cell(default)} | {_cell(info.description)} |"
 
 
 def _qos():

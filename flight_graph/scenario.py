@@ -23,75 +23,17 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from flight_graph import expressions, registry
-from flight_graph.bag.journal import FLUSH_PERIOD_S
 from flight_graph.errors import FlightError, unknown
 from flight_graph.graph import Edge, Graph, Node
 from flight_graph.noise import stream_key
-from flight_graph.timebase import J2000, SECOND, duration_ns
+from flight_graph.scenario_file import EdgeEntry, ScenarioFile
+from flight_graph.timebase import SECOND, duration_ns, period_ns
 from flight_graph.vary import Vary
 
 
 _TAKEN = ("recorder", "replayer")
-
-
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid")
-
-
-class ComponentEntry(_Strict):
-    """One component: where its class is found, its rate, and parameters that differ from the defaults."""
-
-    use: str
-    rate_hz: float | None = None
-    parameters: dict[str, Any] = Field(default_factory=dict)
-
-
-class EdgeEntry(_Strict):
-    """A wired input with a delay."""
-
-    source: str = Field(alias="from")
-    delay: int = 0
-
-
-class RecordEntry(_Strict):
-    """What the bag holds: all topics or the named ones, thinned to at most ``max_rate_hz``.
-
-    flush_period_s: wall time of messages that a kill -9 of the ros engine's recorder may cost at most.
-    """
-
-    topics: list[str] | None = None
-    max_rate_hz: float | None = Field(None, gt=0, allow_inf_nan=False)
-    flush_period_s: float = Field(FLUSH_PERIOD_S, ge=0.01, le=60, allow_inf_nan=False)
-
-
-class EngineLimit(_Strict):
-    """A scenario that only one engine can run, and why."""
-
-    engine: str
-    because: str
-
-
-class ScenarioFile(_Strict):
-    """The file's keys."""
-
-    name: str
-    title: str
-    description: str = ""
-    duration_s: float
-    seed: int = 0
-    epoch_ns: int = J2000
-    base_rate_hz: float | None = None
-    components: dict[str, ComponentEntry]
-    connect: dict[str, str | EdgeEntry] = Field(default_factory=dict)
-    record: RecordEntry = Field(default_factory=RecordEntry)
-    metrics: str | None = None
-    figure: str | None = None
-    paper: str | None = None
-    only: EngineLimit | None = None
-    vary: dict[str, Any] | None = None
 
 
 class Scenario:
@@ -102,10 +44,7 @@ class Scenario:
 
     def __init__(self, data: dict, origin: str, folder: Path | None = None):
         self.origin, self.folder = origin, folder
-        try:
-            self.file = ScenarioFile.model_validate(data)
-        except ValidationError as error:
-            raise FlightError(f"{origin}: {_first_sentence(error)}") from None
+        self.file = ScenarioFile.read(data, origin)
         self._check_names()
         self.duration_ns = duration_ns(self.file.duration_s, f"{origin}: duration_s")
         self.epoch_ns = self.file.epoch_ns
@@ -115,7 +54,6 @@ class Scenario:
         nodes = self._nodes()
         base = None
         if self.file.base_rate_hz is not None:
-            from flight_graph.timebase import period_ns
             base = period_ns(self.file.base_rate_hz, f"{origin}: base_rate_hz")
         try:
             self.graph = Graph(nodes, self._connections(), base)
@@ -324,17 +262,3 @@ def override(data: dict, overrides: dict[str, Any], origin: str = "--set", folde
         else:
             entry["parameters"] = {**(entry.get("parameters") or {}), parameter: value}
     return data
-
-
-def _first_sentence(error: ValidationError) -> str:
-    first = error.errors()[0]
-    where = ".".join(str(part) for part in first["loc"] if part not in ("str", "EdgeEntry"))
-    if first["type"] == "extra_forbidden":
-        return f"{where}: there is no such key; allowed here: " + ", ".join(_keys_at(first["loc"]))
-    return f"{where}: {first['msg'].lower()} (got {first['input']!r})"
-
-
-def _keys_at(location):
-    model = {"components": ComponentEntry, "record": RecordEntry, "connect": EdgeEntry,
-             "only": EngineLimit}.get(location[0] if len(location) > 1 else "", ScenarioFile)
-    return [info.alias or name for name, info in model.model_fields.items()]
