@@ -11,6 +11,8 @@ import yaml
 from flight_graph import claims
 from flight_graph.claim_runs import RunEntry, run_all
 
+pytestmark = pytest.mark.xdist_group("claims of appc")  # the rows are computed once
+
 LONG = {"rates_asteroid", "rates_explicit", "rates_explicit_ff", "rates_implicit", "rates_implicit_ff", "bennu45",
         "bennu_pole", "bennu_equator", "disturbances", "bss"}
 

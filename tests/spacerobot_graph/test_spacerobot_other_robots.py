@@ -18,6 +18,8 @@ from spacerobot_ros.model import load_model
 from spacerobot_ros.trajectory_generator import generator
 from tests.spacerobot.spacerobot_cases import inertia_matrices
 
+pytestmark = pytest.mark.xdist_group("two joints")  # compiled once
+
 ROBOTS = Path(__file__).parent / "robots"
 
 
