@@ -68,10 +68,10 @@ def _copy(source, start, target, at, width):
 
 
 @_compiled
-def gather(data, starts, sizes, out, at):
-    """Copy data[start:start + size] to out[at:] (both uint8). starts, sizes, at: (n,)."""
+def gather(data, starts, width, out):
+    """Copy data[start:start + width] of every start into the rows of out (n, >= width), all uint8."""
     for i in range(len(starts)):
-        _copy(data, starts[i], out, at[i], sizes[i])
+        _copy(data, starts[i], out[i], 0, width)
 
 
 @_compiled
