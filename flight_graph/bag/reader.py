@@ -71,7 +71,7 @@ class Bag:
         self.path = path
         self._contents = contents
         self._arrays, self._layouts = {}, {}
-        self.checked = all(part.checked for part in contents)
+        self.checked = all(part.covered for part in contents)  # a checksum stands over every message
         self.attachments = {record.name: record for part in contents for record in part.attachments}
         self.metadata = {record.name: dict(record.metadata) for part in contents for record in part.metadata}
         self.topics = self._list_topics()

@@ -41,7 +41,8 @@ class McapContents:
     are not computed again."""
 
     library: str = ""
-    checked: bool = False  # a checksum covers every byte
+    checked: bool = False  # checksums stand over the whole data section and the summary
+    covered: bool = False  # a checksum stands over every message
     schemas: dict = field(default_factory=dict)
     channels: dict = field(default_factory=dict)
     attachments: list = field(default_factory=list)
@@ -186,6 +187,7 @@ def _read_data(contents, data, opcodes, starts, stops):
         else:
             _declare(contents, opcode, raw)
     is_message = opcodes == MESSAGE
+    contents.covered = contents.checked or bool((chunks.crc != 0).all() and not is_message.any())
     contents.room = int(chunks.size.sum() + (stops[is_message] - starts[is_message]).sum())
     contents.blocks = list_blocks(data, opcodes, starts, stops, chunks)
     tables = []

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from flight_graph.cli.show import add, console, number, working
+from flight_graph.cli.show import add, console, number, status, working
 from flight_graph.errors import FlightError, unknown
 
 BagPath = Annotated[Path, typer.Argument(help="A bag: its folder, or an .mcap file.")]
@@ -41,6 +41,7 @@ def info(
     from flight_graph.bag.reader import read_bag
     with working(f"reading {bag}", not as_json):
         content = read_bag(bag)
+    tell_unchecked(content)
     if attachment is not None:
         if attachment not in content.attachments:
             raise unknown("attachment", attachment, content.attachments, str(bag))
@@ -50,6 +51,7 @@ def info(
     topics = [{"topic": topic.name, "type": topic.type_name, "count": topic.count,
                "rate_hz": _mean_rate(content.stamps_ns(topic.name))} for topic in content.topics.values()]
     report = {"bag": str(bag), "start_ns": content.start_ns, "duration_s": seconds, "topics": topics,
+              "checked": content.checked,
               "metadata": dict(content.metadata), "attachments": list(content.attachments)}
     if as_json:
         print(json.dumps(report))
@@ -65,6 +67,13 @@ def info(
             console.print(f"{name}: " + ", ".join(f"{key} {value}" for key, value in dict(entries).items()),
                           highlight=False, markup=False)
     console.print("attachments: " + ", ".join(report["attachments"]), highlight=False, markup=False)
+
+
+def tell_unchecked(*bags) -> None:
+    """Say on standard error which bags have messages that no checksum stands over (ours have none)."""
+    for bag in bags:
+        if not bag.checked:
+            status(f"{bag.path}: it carries no checksums, so damage that keeps its messages' form cannot be seen")
 
 
 def _mean_rate(stamps):
@@ -134,6 +143,7 @@ def diff(
             if name not in a and name not in b:
                 raise unknown("topic", name, {**a.topics, **b.topics}, f"{bag_a} and {bag_b}")
         found = compare(a, b, topic_names(topics))
+    tell_unchecked(a, b)
     equal = all(topic.equal for topic in found)
     if as_json:
         print(json.dumps({"a": str(bag_a), "b": str(bag_b), "equal": equal, "topics": [asdict(t) for t in found]},
@@ -156,8 +166,11 @@ def export(
 ) -> None:
     """Write one table a topic, with named and unit-labelled columns."""
     from flight_graph.bag.export import export as write
+    from flight_graph.bag.reader import read_bag
     with working(f"writing {to} tables of {bag}", not as_json):
-        paths = write(bag, out or _beside(bag, "_tables"), to, topic_names(topics))
+        content = read_bag(bag)
+        paths = write(content, out or _beside(bag, "_tables"), to, topic_names(topics))
+    tell_unchecked(content)
     if as_json:
         print(json.dumps({"bag": str(bag), "format": to, "files": [str(path) for path in paths]}))
         return

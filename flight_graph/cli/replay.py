@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from flight_graph.cli.bags import BagPath, Topics, topic_names
+from flight_graph.cli.bags import BagPath, Topics, tell_unchecked, topic_names
 from flight_graph.cli.scenarios import Json, parse_settings
 from flight_graph.cli.show import add, console, number, status, steps
 from flight_graph.errors import FlightError
@@ -91,6 +91,7 @@ def play(
         from flight_graph.ros import player
     except ModuleNotFoundError as error:
         raise FlightError(f"flight play publishes to ROS topics and needs rclpy, which is not here ({error})") from None
+    tell_unchecked(schedule.bag)
     report = player.run(schedule, loop, lambda sentence: status(sentence))
     print(f"{report.messages} messages on {report.topics} topics"
           + (f"; at most {report.worst_delay_s:.3f} s late" if report.messages else ""))

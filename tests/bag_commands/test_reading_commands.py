@@ -7,7 +7,9 @@ import zlib
 
 import numpy as np
 import pytest
+from mcap.writer import Writer
 
+from flight_graph.bag.message_types import standard_definition
 from flight_graph.bag.reader import read_bag
 from tests.bag.sample_bags import write_bag
 from tests.bag_commands.conftest import recorded
@@ -115,6 +117,24 @@ def test_reading_commands_take_a_foreign_bag(flight, tmp_path):
     for arguments in (("replay", bag, "--component", "plant"), ("plot", bag)):
         done = flight(*arguments)
         assert done.status == 2 and "carries no scenario" in " ".join(done.err.split())
+
+
+@pytest.mark.parametrize("crcs", [True, False])
+def test_a_bag_without_checksums_is_said_to_have_none(flight, tmp_path, crcs):
+    """Written by the library mcap: with a checksum for each chunk, and without any."""
+    definition = standard_definition("geometry_msgs/msg/Vector3")
+    with (tmp_path / "foreign.mcap").open("wb") as file:
+        writer = Writer(file, enable_crcs=crcs)
+        writer.start("ros2")
+        schema = writer.register_schema("geometry_msgs/msg/Vector3", "ros2msg", definition.text.encode())
+        channel = writer.register_channel("/v", "cdr", schema)
+        for i in range(3):
+            writer.add_message(channel, i, b"\0\1\0\0" + np.array([i, 2.0, 3.0]).tobytes(), i)
+        writer.finish()
+    for arguments in (("info", "--json"), ("export", "--to", "npz", "--out", tmp_path / "tables")):
+        done = flight(arguments[0], tmp_path / "foreign.mcap", *arguments[1:])
+        assert done.status == 0 and ("carries no checksums" in " ".join(done.err.split())) is not crcs, done.err
+    assert json.loads(flight("info", tmp_path / "foreign.mcap", "--json").out)["checked"] is crcs
 
 
 def test_help_has_examples(flight):
