@@ -17,16 +17,6 @@ class ImuParameters(Parameters):
     seed: int = field(0, ge=0, doc="noise stream")
 
 
-class ImuState(State):
-    bias: Vec3
-
-
-@kernel
-def start_imu(p, x):
-    for i in range(3):
-        x.bias[i] = p.gyro_bias[i]
-
-
 @kernel
 def sample_imu(t_ns, p, x, truth, contact, imu):
     if contact.header.stamp.sec != 0:
@@ -50,11 +40,11 @@ class Imu(Component):
     A plant that simulates its contact gives the specific force; otherwise it follows from a corner at rest.
     """
 
-    parameters, state = ImuParameters, ImuState
+    parameters, state = ImuParameters, sensors.ImuState
     inputs, outputs = {"truth": cubli.TRUTH, "contact": cubli.TRUTH_CONTACT}, {"imu": cubli.IMU}
     optional_inputs = ("contact",)
     rate_hz = 100.0
-    start, kernel = start_imu, sample_imu
+    start, kernel = sensors.start_imu, sample_imu
 
 
 class StarTrackerParameters(Parameters):

@@ -16,9 +16,15 @@ from lander_ros.landing_controller import take_odometry
 from lander_ros.navigation_filter import spin_quaternion
 from lander_ros.rotation import multiply, to_body
 from msg_schemas import lander
-from sim_nodes.sensors import gyro_sample, noise_vector, star_tracker_sample
+from sim_nodes.sensors import (
+    ACCELEROMETER_DRAW,
+    ImuState,
+    gyro_sample,
+    noise_vector,
+    star_tracker_sample,
+    start_imu,
+)
 
-ACCELEROMETER_DRAW = 6  # [-] first draw index behind the gyro's
 SPIN = (0.0, 0.0002570616125008937, 0.00020878277451562036)  # [rad/s] w_D of the reference site
 
 
@@ -29,16 +35,6 @@ class ImuParameters(Parameters):
     accelerometer_sigma: float = field(2e-4, unit="m/s^2", ge=0, doc="white noise of a sample")
     accelerometer_bias: Vec3 = field((5e-5, -8e-5, 3e-5), unit="m/s^2", doc="constant bias")
     seed: int = field(0, ge=0, doc="noise stream")
-
-
-class ImuState(State):
-    bias: Vec3
-
-
-@kernel
-def start_imu(p, x):
-    for i in range(3):
-        x.bias[i] = p.gyro_bias[i]
 
 
 @kernel

@@ -1,6 +1,6 @@
-"""Sensors of the Cubli rover: inertial measurement unit and star tracker, from the true state and counter-based noise.
+"""Inertial measurement unit and star tracker, from the true state and counter-based noise; the rover's and the lander's.
 
-Frames as in `cubli_ros.attitude`. The inertial measurement unit sits at the cube's centre. Noise standard deviations
+Frames as in `cubli_ros.attitude`. The rover's inertial measurement unit sits at the cube's centre. Noise standard deviations
 are per sample and per axis; zero switches a source off. Draws use the index ranges below, so streams may share a key.
 """
 
@@ -8,11 +8,25 @@ from cubli_ros.attitude import quaternion_from_rotation_vector, quaternion_multi
 from cubli_ros.jump_condition import centre_acceleration
 from flight_graph.kernel import kernel
 from flight_graph.noise import gaussian
+from flight_graph.records import State, Vec3
 
 GYRO_DRAW = 0  # [-] first of three draw indices: gyro white noise
 WALK_DRAW = 3  # [-] gyro bias random walk
 ACCELEROMETER_DRAW = 6  # [-] accelerometer white noise
 STAR_TRACKER_DRAW = 0  # [-] star tracker, on its own key
+
+
+class ImuState(State):
+    """bias: of the gyro [rad/s]."""
+
+    bias: Vec3
+
+
+@kernel
+def start_imu(p, x):
+    """The gyro's bias starts at gyro_bias."""
+    for i in range(3):
+        x.bias[i] = p.gyro_bias[i]
 
 
 @kernel
