@@ -1,0 +1,63 @@
+"""The recorder by itself, fed by this process over DDS: what it does about messages that never come."""
+
+import pytest
+import rclpy
+import yaml
+from mcap.reader import make_reader
+
+from flight_graph.ros.ports import RawPublisher
+from flight_graph.timebase import J2000, SECOND
+from tests.graph import toy
+from tests.ros.processes import running, until
+
+pytestmark = [pytest.mark.ros, pytest.mark.xdist_group("recorder")]
+
+PERIOD_NS = 5_000_000  # 200 Hz
+TICKS = 100
+
+
+@pytest.fixture
+def publishers():
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    node = rclpy.create_node("feeder", context=context)
+    yield {signal.topic: (signal, RawPublisher(node, signal.topic, signal.type_name, signal.role.qos))
+           for signal in (toy.TRUTH, toy.SENSED)}
+    node.destroy_node()
+    context.try_shutdown()
+
+
+def feed(publishers, left_out):
+    """Publish TICKS messages on each topic, but not those whose (topic, tick) is left out."""
+    for tick in range(TICKS):
+        for topic, (signal, publisher) in publishers.items():
+            payload, record = signal.new()
+            stamp = record["header"]["stamp"]
+            stamp["sec"], stamp["nanosec"] = divmod(J2000 + tick * PERIOD_NS, SECOND)
+            if (topic, tick) not in left_out:
+                publisher.publish(payload.tobytes())
+
+
+@pytest.mark.parametrize("left_out, status, lost", [
+    ((), 0, {}),
+    ((("toy/imu", 40), ("toy/imu", 41), ("toy/truth", 70)), 1, {"/toy/imu": 2, "/toy/truth": 1}),
+])
+def test_a_gap_in_lockstep_is_an_error(publishers, tmp_path, left_out, status, lost):
+    scenario = toy.scenario(duration_s=TICKS * PERIOD_NS / SECOND, record={"topics": ["toy/truth", "toy/imu"]})
+    (tmp_path / "toy.yaml").write_text(yaml.safe_dump(scenario))
+    with running("node", "sim_nodes", "recorder", "--ros-args", "-p", f"scenario:={tmp_path / 'toy.yaml'}", "-p",
+                 f"out:={tmp_path / 'bag'}", "-p", "graph.pace:=lockstep", cwd=tmp_path) as process:
+        until(lambda: all(publisher.subscribers() for _, publisher in publishers.values()), 60.0, "the recorder")
+        feed(publishers, left_out)
+        _, err = process.communicate(timeout=60)
+    assert process.returncode == status, err
+    if lost:
+        assert "messages were lost in lockstep: " in err
+        assert all(f"{count} on {topic}" in err for topic, count in lost.items()), err
+    with next((tmp_path / "bag").glob("*.mcap")).open("rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        outcome = next(record.metadata for record in reader.iter_metadata() if record.name == "flight_graph.outcome")
+        count = sum(1 for _ in reader.iter_messages())
+    assert count == 2 * TICKS - len(left_out)
+    assert outcome["complete"] == str(not lost).lower() and int(outcome["lost"]) == sum(lost.values())
+    assert {key.removeprefix("lost "): int(value) for key, value in outcome.items() if key.startswith("lost ")} == lost
