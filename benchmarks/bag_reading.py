@@ -15,10 +15,9 @@ import time
 from pathlib import Path
 
 import numpy as np
+from recorder import messages, whole
 from rich.console import Console
 from rich.table import Table
-
-from recorder import messages, whole
 
 
 def ours(folder):
@@ -66,8 +65,8 @@ def main() -> None:
         ours(Path(work) / "compile")
         folder = Path(work) / "bag"
         whole(folder, *messages(count))
-        took = {}
-        for name, read in [("ours", ours), ("rosbags", with_rosbags), ("mcap-ros2-support", with_mcap_ros2)] * chosen.repeats:
+        took, readers = {}, [("ours", ours), ("rosbags", with_rosbags), ("mcap-ros2-support", with_mcap_ros2)]
+        for name, read in readers * chosen.repeats:
             gc.collect()
             began, worked = time.perf_counter(), time.process_time()
             found = read(folder)

@@ -80,6 +80,7 @@ class _reader:
         from flight_graph.ros.environment import prepare_environment
         prepare_environment()
         import rclpy
+
         from flight_graph.ros.ports import LoopOnly, RawSubscription
         from msg_schemas.qos import RECORDER
         self._context = rclpy.Context()

@@ -242,4 +242,5 @@ class AppcController(Component):
             raise FlightError(f"{where}.gravity_sign: 0 is not allowed; allowed: 1 or -1")
         for outer, inner in (("rho_a0", "rho_a_inf"), ("rho_u0", "rho_u_inf")):
             if any(a < b for a, b in zip(values[outer], values[inner])):
-                raise FlightError(f"{where}: {outer} = {values[outer]} is below {inner} = {values[inner]}; a funnel narrows")
+                raise FlightError(
+                        f"{where}: {outer} = {values[outer]} is below {inner} = {values[inner]}; a funnel narrows")

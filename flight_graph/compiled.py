@@ -16,7 +16,6 @@ from flight_graph.scenario import Scenario
 from flight_graph.timebase import SECOND
 from msg_schemas.signal import Signal
 
-
 SHORTEST_CHUNK = 2000  # [ticks] between calls of progress; entering the loop costs some 50 us
 _COMPILING = threading.Lock()  # runs of a sweep are threads of one process
 _READY = set()  # modules whose machine code is loaded

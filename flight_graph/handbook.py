@@ -54,7 +54,8 @@ def _scenario_keys():
 
 
 def _key_row(name, info):
-    default = "required" if info.is_required() else "" if info.default_factory or info.default in (None, "") else info.default
+    has_none = info.default_factory or info.default in (None, "")
+    default = "required" if info.is_required() else "" if has_none else info.default
     return f"| `{name}` | {_cell(default)} | {_cell(info.description)} |"
 
 

@@ -24,6 +24,7 @@ from flight_graph.runs import ENGINES
 from flight_graph.scenario import Scenario
 from flight_graph.timebase import SECOND, stamp_parts
 
+
 @dataclass(frozen=True)
 class RecordedInput:
     """An input and its recorded messages. stamps_ns: (n,) since the epoch; records: (n,).

@@ -32,7 +32,6 @@ from flight_graph.scenario_file import EdgeEntry, ScenarioFile
 from flight_graph.timebase import SECOND, duration_ns, period_ns
 from flight_graph.vary import Vary
 
-
 _TAKEN = ("recorder", "replayer")
 
 
@@ -171,7 +170,8 @@ class Scenario:
                 raise FlightError(f"{self.origin}: components.{name}: this is no name of a node; allowed: a letter, then "
                                   "letters, digits and underscores")
             if name in _TAKEN:
-                raise FlightError(f"{self.origin}: components.{name}: this name is taken by a node of every run; take another")
+                raise FlightError(
+                    f"{self.origin}: components.{name}: this name is taken by a node of every run; take another")
 
     def _check_recorded_topics(self):
         topics = [signal.topic for _, _, signal in self.graph.outputs()]

@@ -55,7 +55,8 @@ class ScenarioFile(_Strict):
     duration_s: float = Field(description="simulated time [s]")
     seed: int = Field(0, description="of all noise: each component's own stream follows from it and the component's name")
     epoch_ns: int = Field(J2000, description="stamp of t = 0 [ns since 1970]; J2000 when left out")
-    base_rate_hz: float | None = Field(None, description="rate of the base tick [Hz]; the slowest that fits all rates when left out")
+    base_rate_hz: float | None = Field(None, description=(
+        "rate of the base tick [Hz]; the slowest that fits all rates when left out"))
     components: dict[str, ComponentEntry] = Field(description="name -> component, in the order in which they are listed")
     connect: dict[str, str | EdgeEntry] = Field(default_factory=dict, description=(
         "`component.port` of an input -> `component.port` of its source; inputs left out find theirs by topic"))

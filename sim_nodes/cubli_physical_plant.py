@@ -53,6 +53,7 @@ from sim_nodes.cubli_plant import SITE_FROM_BALANCE, RoverParameters, transform
 from sim_nodes.gravity.parameters import SiteParameters, resolve_site
 from sim_nodes.reaction_wheels import deliverable_torque
 
+
 class PhysicalPlantParameters(RoverParameters, SiteParameters):
     mass: float = field(2.0, unit="kg", gt=0, source="section 5", doc="mass, wheels included")
     length: float = field(0.2, unit="m", gt=0, source="section 5", doc="edge of the cube")

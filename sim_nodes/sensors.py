@@ -1,7 +1,8 @@
 """Inertial measurement unit and star tracker, from the true state and counter-based noise; the rover's and the lander's.
 
-Frames as in `cubli_ros.attitude`. The rover's inertial measurement unit sits at the cube's centre. Noise standard deviations
-are per sample and per axis; zero switches a source off. Draws use the index ranges below, so streams may share a key.
+Frames as in `cubli_ros.attitude`. The rover's inertial measurement unit sits at the cube's centre. Standard deviations of
+the noise are per sample and per axis; zero switches a source off. Draws use the index ranges below, so streams may share
+a key.
 """
 
 from cubli_ros.attitude import quaternion_from_rotation_vector, quaternion_multiply, quaternion_normalise

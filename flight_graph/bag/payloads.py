@@ -1,4 +1,4 @@
-"""The payloads of one topic, if all are of one size: their bodies as the rows of a table, which is what the topic's array is.
+"""The payloads of one topic, if all are of one size: their bodies as the rows of a table, which is the topic's array.
 
 A body is what stands behind the 4 bytes of encapsulation. It begins at a multiple of eight bytes, so that its numbers are
 aligned.
@@ -43,7 +43,7 @@ class Payloads:
         self._heads.append(heads)
 
     def _grow(self, filled):
-        """Make room: at first for all that is expected (memory that is not touched costs nothing), then for twice as much."""
+        """Make room: first for all that is expected (memory that is not touched costs nothing), then for twice as much."""
         wanted = 2 * len(self._bodies) or min(self._expected, self._room // len(self.first))
         bodies = _room(max(self._count, wanted), len(self.first))
         bodies[:filled] = self._bodies[:filled]

@@ -135,7 +135,7 @@ def _add_topics(writer, parts, report):
     topics = {}
     for part in parts:
         schemas = part.schemas
-        for number, channel in sorted(part.channels.items()):
+        for _, channel in sorted(part.channels.items()):
             schema = schemas.get(channel.schema_id)
             if channel.topic in topics:
                 continue

@@ -13,7 +13,14 @@ from mcap import records
 from flight_graph.bag.byte_kernels import MESSAGE, MESSAGE_HEAD
 from flight_graph.bag.mcap_file import LIBRARY, MAGIC
 from flight_graph.bag.mcap_records import (
-    ChunkRecord, Damage, Opcode, attachment_checked, list_records, message_field, parse)
+    ChunkRecord,
+    Damage,
+    Opcode,
+    attachment_checked,
+    list_records,
+    message_field,
+    parse,
+)
 
 _DECLARATIONS = {Opcode.SCHEMA: records.Schema, Opcode.CHANNEL: records.Channel}
 _RESUME = (Opcode.CHUNK, Opcode.MESSAGE_INDEX, Opcode.ATTACHMENT, Opcode.METADATA, Opcode.DATA_END)

@@ -1,4 +1,4 @@
-"""flight doctor: what is installed, which ROS, which middleware, whether two processes can talk, whether the cache is warm."""
+"""flight doctor: what is installed, which ROS and middleware, whether two processes can talk, whether the cache is warm."""
 
 import importlib.util
 import json

@@ -31,7 +31,8 @@ def list_(
     as_json: Json = False,
 ) -> None:
     """List scenarios and components, or show one scenario's graph: rates, topics, connections, parameters."""
-    from flight_graph import registry, scenario as scenarios
+    from flight_graph import registry
+    from flight_graph import scenario as scenarios
     if scenario:
         _show_scenario(scenarios.load(scenario), as_json)
         return
@@ -63,7 +64,8 @@ def run(
     """Run a scenario, record it to a bag, and print its metrics."""
     if engine == "python":
         os.environ["NUMBA_DISABLE_JIT"] = "1"
-    from flight_graph import runs, scenario as scenarios
+    from flight_graph import runs
+    from flight_graph import scenario as scenarios
     loaded = scenarios.load(scenario, overrides(scenario, settings, params, seed, duration), case)
     runs.check_engine(loaded, engine)
     folder = runs.new_folder(out, loaded, engine)
@@ -133,7 +135,8 @@ def overrides(scenario, settings, params=None, seed=None, duration=None) -> dict
     """What the options of a command set in a scenario, by key."""
     found = {}
     if params:
-        from flight_graph import parameter_file, scenario as scenarios
+        from flight_graph import parameter_file
+        from flight_graph import scenario as scenarios
         data, _, folder = scenarios.read(scenario)
         for path in params:
             found.update(parameter_file.overrides(path, data["components"], folder))

@@ -32,10 +32,11 @@ def node_table(scenario: Scenario, pace: str, factor: float, out: str) -> list[d
 
 def describe(scenario_name: str):
     """The LaunchDescription of a scenario; it ends when the recorder has closed the bag."""
-    from launch import LaunchDescription
     from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
     from launch.substitutions import LaunchConfiguration
     from launch_ros.actions import Node
+
+    from launch import LaunchDescription
 
     def nodes(context):
         pace, factor, out = (LaunchConfiguration(name).perform(context) for name in ("pace", "factor", "out"))

@@ -46,7 +46,8 @@ def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: flo
     parameters = {}
     for name, node in graph.nodes.items():
         patience = timeout_s if name == master else 2.0 * timeout_s  # the clock master sees who is behind: it speaks first
-        settings = {**common, "timeout_s": float(patience), "epoch_ns": scenario.epoch_ns, "duration_s": scenario.duration_ns / SECOND,
+        settings = {**common, "timeout_s": float(patience), "epoch_ns": scenario.epoch_ns,
+                    "duration_s": scenario.duration_ns / SECOND,
                     "clock_master": name == master, "wait_for": names if name == master else [""]}
         for port, edge in node.inputs.items():
             source = graph.nodes[edge.node]

@@ -11,11 +11,11 @@ from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from flight_graph import source, steps
 from flight_graph.compiled import fault_sentence, nonfinite_sentence
 from flight_graph.errors import FlightError, unknown
+from flight_graph.recording import formatted_payload
 from flight_graph.ros.parameters import ComponentParameters
 from flight_graph.ros.ports import InputPort, LoopOnly, OutputPort, RawPublisher
 from flight_graph.ros.progress import Progress, Watch
 from flight_graph.ros.settings import declare
-from flight_graph.recording import formatted_payload
 from flight_graph.timebase import SECOND, stamp_parts
 from msg_schemas.qos import Qos
 from msg_schemas.signal import ENCAPSULATION

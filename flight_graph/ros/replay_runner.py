@@ -67,7 +67,7 @@ class Replayer:
         self._wait(lambda: self._watch.read() >= 0, lambda: f"the node {self._component}: it is not ready")
         told_ns = 0
         for t_ns, publish, payload in self._messages():
-            self._wait(lambda: t_ns <= self._watch.read() + self._window_ns, self._where)
+            self._wait(lambda t_ns=t_ns: t_ns <= self._watch.read() + self._window_ns, self._where)
             publish(payload)
             if t_ns >= told_ns + SECOND:
                 told_ns = t_ns

@@ -66,6 +66,7 @@ class Listener:
 
     def __init__(self, topics):
         import rclpy
+
         from flight_graph.ros.ports import LoopOnly, RawSubscription
         from msg_schemas.qos import RECORDER
         self._context = rclpy.Context()

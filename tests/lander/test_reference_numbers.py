@@ -11,8 +11,8 @@ from lander_ros.feed_forward import site_in_landing_frame
 from lander_ros.landing_law import LandingLaw
 from lander_ros.twistor import from_pose
 from sim_nodes.ellipsoid_gravity import EROS_LIKE_SPIN
-from sim_nodes.lander_dynamics import site_gravity
 from sim_nodes.lander_descent import Watch
+from sim_nodes.lander_dynamics import site_gravity
 
 
 def near(actual, expected, tolerance):

@@ -247,7 +247,7 @@ def test_garbage_is_refused(signal):
     generator = random.Random(6)
     payload = random_record(signal, np.random.default_rng(7), STAMPS[-1])[0].tobytes()
     target = signal.new()[0]
-    for trial in range(40):
+    for _ in range(40):
         garbage = generator.randbytes(generator.choice([5, 20, len(payload), len(payload) + 40]))
         for sent in (garbage, payload[:4] + garbage, b"\0\0\0\0" + garbage):
             with pytest.raises(SignalMismatch):

@@ -5,11 +5,11 @@ The numbers come from an independent simulation of the same model; trends are th
 
 import numpy as np
 import pytest
-from tests.spacerobot.spacerobot_loop import HARMONIC, K_D0, LYAPUNOV, NATURAL, RLS, ROBOT, THETA_0, initial_state, run
 
 from spacerobot_ros.inertial_parameters import prior, smallest_pseudo_inertia_eigenvalues
 from spacerobot_ros.natural_adaptation import WORK, project
 from spacerobot_ros.sampling import damping_rates, sampling_number
+from tests.spacerobot.spacerobot_loop import HARMONIC, K_D0, LYAPUNOV, NATURAL, RLS, ROBOT, THETA_0, initial_state, run
 
 PI = ROBOT.pi
 PRIOR = prior(PI, 0.2, 5)

@@ -2,12 +2,19 @@
 
 import numpy as np
 import pytest
-from tests.spacerobot.spacerobot_cases import (
-    PinocchioTwin, Signals, inertia_matrices, inverse, random_robot, regress, relative, rotations,
-)  # fmt: skip
-from tests.spacerobot.spacerobot_loop import ROBOT, initial_state
 
 from sim_nodes.spacerobot_dynamics import forward_dynamics, momentum_and_energy, work_size
+from tests.spacerobot.spacerobot_cases import (
+    PinocchioTwin,
+    Signals,
+    inertia_matrices,
+    inverse,
+    random_robot,
+    regress,
+    relative,
+    rotations,
+)  # fmt: skip
+from tests.spacerobot.spacerobot_loop import ROBOT, initial_state
 
 pin = pytest.importorskip("pinocchio", reason="Pinocchio (pip install pin) is the reference of this test")
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sim_nodes.spacerobot_actuators import limit_torque, wheel_momentum, wheel_step
-from sim_nodes.spacerobot_dynamics import momentum_and_energy, state_size, state_rate, step, stop_torque, work_size
+from sim_nodes.spacerobot_dynamics import momentum_and_energy, state_rate, state_size, step, stop_torque, work_size
 from spacerobot_ros.kinematics import rotation_matrix
 from spacerobot_ros.reaction_wheels import effective_base_torque, wheel_demand
 from tests.spacerobot.spacerobot_cases import random_robot

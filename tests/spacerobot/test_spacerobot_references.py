@@ -1,12 +1,12 @@
 """Reference numbers of the model and its dynamics, from an independent implementation (8 decimal places)."""
 
 import numpy as np
-from tests.spacerobot.spacerobot_cases import Signals, inertia_matrices, inverse, random_robot, regress, rotations
-from tests.spacerobot.spacerobot_loop import ROBOT, THETA_0
 
 from sim_nodes.spacerobot_dynamics import forward_dynamics, work_size
 from spacerobot_ros.dynamics import composite_parameters
 from spacerobot_ros.inertial_parameters import prior
+from tests.spacerobot.spacerobot_cases import Signals, inertia_matrices, inverse, random_robot, regress, rotations
+from tests.spacerobot.spacerobot_loop import ROBOT, THETA_0
 
 W = np.array([0.1, -0.2, 0.3])  # [rad/s]
 THD = np.array([0.4, -0.3, 0.2, -0.1])  # [rad/s]

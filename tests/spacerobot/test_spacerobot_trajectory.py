@@ -8,7 +8,12 @@ from scipy.spatial.transform import Rotation
 
 from spacerobot_ros.inertial_parameters import ModelError
 from spacerobot_ros.trajectory import (
-    check_range, harmonic_reference, hold_within, quintic, slew_reference, step_reference,
+    check_range,
+    harmonic_reference,
+    hold_within,
+    quintic,
+    slew_reference,
+    step_reference,
 )  # fmt: skip
 from tests.spacerobot.spacerobot_loop import ROBOT, STEP
 

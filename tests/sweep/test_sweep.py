@@ -8,7 +8,8 @@ import pytest
 import yaml
 from typer.testing import CliRunner
 
-from flight_graph import runs, sweep as sweeps
+from flight_graph import runs
+from flight_graph import sweep as sweeps
 from flight_graph.bag.reader import read_bag
 from flight_graph.cli.app import app
 from flight_graph.compiled import CompiledRun
