@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from pathlib import Path
 
 import numpy as np
 
@@ -34,6 +35,7 @@ def pinocchio_regressor() -> float | None:
         except ImportError:
             return None
     from spacerobot_ros.model import find_model
+    sys.path.append(str(Path(__file__).resolve().parents[1]))  # where the tests stand
     from tests.spacerobot.spacerobot_cases import PinocchioTwin
     twin = PinocchioTwin(pinocchio, find_model("mini_space_robot"))
     rng = np.random.default_rng(1)
