@@ -118,8 +118,9 @@ class Recorder:
                 self.bag.write(topic, stamp, formatted_payload(topic.formatted, stream.record(message)))
 
     def lost(self) -> dict[str, int]:
-        """Topic -> messages lost. Where any topic has come to the end of the run, the others should have."""
-        ended = any(stream.done for stream in self.streams)
+        """Topic -> messages lost. Where any topic has come to the last tick of the run, the others should have."""
+        last_ns = max(stream.next_ns - stream.topic.source_period_ns for stream in self.streams)
+        ended = last_ns + min(stream.topic.source_period_ns for stream in self.streams) >= self.end_ns
         counts = {stream: stream.lost + (stream.missing if ended else 0) for stream in self.streams}
         return {"/" + stream.topic.topic: int(count) for stream, count in counts.items() if count}
 

@@ -8,7 +8,7 @@ from mcap.reader import make_reader
 from flight_graph.ros.ports import RawPublisher
 from flight_graph.timebase import J2000, SECOND
 from tests.graph import toy
-from tests.ros.processes import running, until
+from tests.ros.processes import finish, running, until
 
 pytestmark = [pytest.mark.ros, pytest.mark.xdist_group("recorder")]
 
@@ -27,9 +27,9 @@ def publishers():
     context.try_shutdown()
 
 
-def feed(publishers, left_out):
-    """Publish TICKS messages on each topic, but not those whose (topic, tick) is left out."""
-    for tick in range(TICKS):
+def feed(publishers, left_out=(), ticks=TICKS):
+    """Publish so many messages on each topic, but not those whose (topic, tick) is left out."""
+    for tick in range(ticks):
         for topic, (signal, publisher) in publishers.items():
             payload, record = signal.new()
             stamp = record["header"]["stamp"]
@@ -61,3 +61,22 @@ def test_a_gap_in_lockstep_is_an_error(publishers, tmp_path, left_out, status, l
     assert count == 2 * TICKS - len(left_out)
     assert outcome["complete"] == str(not lost).lower() and int(outcome["lost"]) == sum(lost.values())
     assert {key.removeprefix("lost "): int(value) for key, value in outcome.items() if key.startswith("lost ")} == lost
+
+
+def test_an_interruption_near_the_end_loses_nothing(publishers, tmp_path):
+    """A slow topic has sent its last message when the run is interrupted: what the others had still to send is no loss."""
+    slow = 20  # ticks between two messages of the slow topic
+    scenario = toy.scenario(duration_s=TICKS * PERIOD_NS / SECOND, record={"topics": ["toy/truth", "toy/imu"]})
+    scenario["components"]["sensor"]["rate_hz"] = 200 / slow
+    (tmp_path / "toy.yaml").write_text(yaml.safe_dump(scenario))
+    with running("node", "sim_nodes", "recorder", "--ros-args", "-p", f"scenario:={tmp_path / 'toy.yaml'}", "-p",
+                 f"out:={tmp_path / 'bag'}", "-p", "graph.pace:=realtime", cwd=tmp_path) as process:
+        until(lambda: all(publisher.subscribers() for _, publisher in publishers.values()), 60.0, "the recorder")
+        feed(publishers, [("toy/imu", tick) for tick in range(TICKS) if tick % slow], TICKS - slow // 2)
+        open_chunk = tmp_path / "bag" / "RECORDING"
+        until(lambda: open_chunk.exists() and open_chunk.stat().st_size > 4000, 30.0, "messages in the bag")
+        status, _, err = finish(process)
+    assert status == 0, err
+    with next((tmp_path / "bag").glob("*.mcap")).open("rb") as file:
+        outcome = next(r.metadata for r in make_reader(file).iter_metadata() if r.name == "flight_graph.outcome")
+    assert outcome == {"complete": "false", "lost": "0"}
