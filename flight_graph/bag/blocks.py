@@ -105,9 +105,6 @@ class Block:
     chunk_sizes: np.ndarray | None = None
     bounds: tuple | None = None
 
-    def content(self) -> np.ndarray:
-        return self.load(False)
-
 
 def list_blocks(data, opcodes, starts, stops, chunks: Chunks) -> list[Block]:
     """The blocks of a file, in its order."""

@@ -215,7 +215,7 @@ class Bag:
     def _uniform(self, topic) -> list[Payloads] | None:
         """The payloads of a topic, file by file, where all are of one size and there are any, else None."""
         self.topic(topic)
-        parts = [part.payloads(topic) for part in self._contents if part.counts(topic)]
+        parts = [part.payloads(topic) for part in self._contents if len(part.numbers(topic))]
         sizes = {part.size for part in parts}
         return parts if len(sizes) == 1 and None not in sizes else None
 
@@ -223,7 +223,7 @@ class Bag:
         """Yield (part, numbers of the topic's messages in it)."""
         self.topic(topic)
         for part in self._contents:
-            yield part, np.flatnonzero(np.isin(part.messages.channel, part.channels_of(topic)))
+            yield part, part.numbers(topic)
 
     def _column(self, topic, name):
         return np.concatenate([getattr(part.messages, name)[numbers] for part, numbers in self._select(topic)])

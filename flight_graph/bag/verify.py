@@ -41,7 +41,7 @@ class McapContents:
     are not computed again."""
 
     library: str = ""
-    checked: bool = False  # checksums stand over the whole data section and the summary
+    checked: bool = False  # a checksum stands over the whole data section
     covered: bool = False  # a checksum stands over every message
     schemas: dict = field(default_factory=dict)
     channels: dict = field(default_factory=dict)
@@ -63,22 +63,21 @@ class McapContents:
         """Yield (content of a block, begin, end) for each run of messages numbers[begin:end] (rising) in one block."""
         bounds = np.searchsorted(numbers, self.messages.first)
         for i in np.flatnonzero(np.diff(bounds)):
-            yield self.blocks[i].content(), int(bounds[i]), int(bounds[i + 1])
+            yield self.blocks[i].load(False), int(bounds[i]), int(bounds[i + 1])
 
     def payloads(self, topic: str) -> Payloads:
         """The payloads of a topic; kept from then on."""
         if topic not in self.kept:
-            numbers = np.flatnonzero(np.isin(self.messages.channel, self.channels_of(topic)))
-            found = self.empty(topic)
+            numbers, found = self.numbers(topic), self.empty(topic)
             for content, begin, end in self.runs(numbers):
                 start, stop = (column[numbers[begin:end]] for column in (self.messages.start, self.messages.stop))
                 found.add(content, start, stop - start)
             self.kept[topic] = found
         return self.kept[topic]
 
-    def counts(self, topic: str) -> int:
-        """How many messages of a topic the file holds."""
-        return int(np.isin(self.messages.channel, self.channels_of(topic)).sum())
+    def numbers(self, topic: str) -> np.ndarray:
+        """(n,) the numbers of a topic's messages, in write order."""
+        return np.flatnonzero(np.isin(self.messages.channel, self.channels_of(topic)))
 
     def channels_of(self, topic: str) -> list[int]:
         return [channel.id for channel in self.channels.values() if channel.topic == topic]
@@ -152,7 +151,7 @@ def _check_ends(data):
 
 
 def _check_sums(data, library, end_start, end_stop, footer):
-    """Verify the checksums of the data section and the summary; return whether both are there."""
+    """Verify the checksums of the data section and the summary; return whether the data section has one."""
     summary_start, _, summary_crc = footer
     if end_stop - end_start != 4 or summary_start != (0 if end_stop == len(data) - _TAIL else end_stop):
         raise Damage("its footer does not point behind its data section")
@@ -162,7 +161,7 @@ def _check_sums(data, library, end_start, end_stop, footer):
         raise Damage("its data section fails its checksum")
     if (summary_crc or ours) and zlib.crc32(data[end_stop:len(data) - 12]) != summary_crc:
         raise Damage("its summary fails its checksum")
-    return bool(data_crc) and bool(summary_crc)
+    return bool(data_crc)
 
 
 def _expected(data, opcodes, starts, stops):

@@ -70,7 +70,7 @@ def info(
 
 
 def tell_unchecked(*bags) -> None:
-    """Say on standard error which bags have messages that no checksum stands over (ours have none)."""
+    """Say on standard error which bags have messages that no checksum stands over; ours all have one."""
     for bag in bags:
         if not bag.checked:
             status(f"{bag.path}: it carries no checksums, so damage that keeps its messages' form cannot be seen")
