@@ -49,7 +49,7 @@ def check_engine(scenario: Scenario, engine: str) -> None:
     if engine not in ENGINES:
         raise unknown("engine", engine, ENGINES)
     only = scenario.file.only
-    if only and engine == "ros" and only.engine != "ros":
+    if only and (engine == "ros") != (only.engine == "ros"):
         raise FlightError(f"{scenario.name} runs in the {only.engine} engine only: {only.because}")
 
 
@@ -111,8 +111,7 @@ def _ros(scenario, folder, pace, factor, progress):
     from flight_graph.bag.reader import read_bag
     from flight_graph.recording import BagSignals
     from flight_graph.ros import launcher
-    timeout_s = float(os.environ.get("FLIGHT_TIMEOUT_S", "60"))
-    result = launcher.run(scenario, folder, pace, factor, timeout_s, progress)
+    result = launcher.run(scenario, folder, pace, factor, progress)
     signals = BagSignals(read_bag(folder), scenario)
     return Outcome(folder, "ros", pace_text(pace, factor), result.wall_s, 0.0,
                    metrics.compute(scenario, signals), result.statistics, int(result.outcome.get("lost", 0)))

@@ -16,8 +16,6 @@ from flight_graph.recorded_run import RecordedRun, open_recorded, shortened
 from flight_graph.recording import payloads
 from flight_graph.runs import check_engine
 
-_ROS_TIMEOUT_S = 60.0
-
 
 def verify(path, engine: str = "compiled", trust: bool = False, tolerance: float = TOLERANCE, progress=None,
            compiling=None) -> Comparison:
@@ -38,9 +36,6 @@ def verify(path, engine: str = "compiled", trust: bool = False, tolerance: float
         result = _as_nodes(run, tolerance, progress)
         result.sentences += remarks
         return result
-    if run.scenario.file.only and run.scenario.file.only.engine == "ros":
-        raise FlightError(f"{run.bag.path}: {run.scenario.name} runs in the ros engine only: "
-                          f"{run.scenario.file.only.because}")
     recording, stopped = _again(run, progress, compiling)
     if recording is None:
         return Comparison(NOT_COMPARED, "nothing", changed=run.changed, sentences=[
@@ -74,7 +69,7 @@ def _as_nodes(run, tolerance, progress):
         raise FlightError(f"{run.bag.path}: the run did not come to its end; a part of a run is compared by the compiled "
                           "engine only")
     with tempfile.TemporaryDirectory(prefix="flight_verify_") as folder:
-        launcher.run(run.scenario, Path(folder) / "again", timeout_s=_ROS_TIMEOUT_S, progress=progress)
+        launcher.run(run.scenario, Path(folder) / "again", progress=progress)
         return _compare(run, read_bag(Path(folder) / "again"), tolerance)
 
 

@@ -2,13 +2,12 @@
 
 import json
 import math
-import os
 from typing import Annotated
 
 import typer
 
 from flight_graph.cli.bags import BagPath, Topics, tell_unchecked, topic_names
-from flight_graph.cli.scenarios import Json, parse_settings
+from flight_graph.cli.scenarios import Json, parse_settings, prepare_engine
 from flight_graph.cli.show import add, console, number, status, steps
 from flight_graph.errors import FlightError
 
@@ -36,8 +35,7 @@ def verify(
     Any engine must give the bytes of any other. Where versions differ (they are named) and bytes do too, the comparison
     is within a tolerance. The status is 0 when the bag holds, 1 when it does not or cannot be compared.
     """
-    if engine == "python":
-        os.environ["NUMBA_DISABLE_JIT"] = "1"
+    prepare_engine(engine)
     from flight_graph.verify import verify as run_again
     with steps(f"verify {bag}", not as_json) as advance:
         result = run_again(bag, engine, trust, tolerance, lambda seconds: advance(seconds, None, "s simulated"),
@@ -62,8 +60,7 @@ def replay(
 
     Without --set every byte must be equal. With --set the differences are reported (open loop).
     """
-    if engine == "python":
-        os.environ["NUMBA_DISABLE_JIT"] = "1"
+    prepare_engine(engine)
     from flight_graph.replay import replay as run_again
     with steps(f"replay {component}", not as_json) as advance:
         result = run_again(bag, component, engine, parse_settings(settings), trust, tolerance,

@@ -19,6 +19,12 @@ Params = Annotated[list[Path] | None, typer.Option(
     "--params", metavar="FILE", help="A ROS parameter file, such as flight design writes; --set comes on top.")]
 
 
+def prepare_engine(engine: str) -> None:
+    """The python engine runs the same source without its compiler, which has to know before it is imported."""
+    if engine == "python":
+        os.environ["NUMBA_DISABLE_JIT"] = "1"
+
+
 def register(app: typer.Typer) -> None:
     app.command("list", epilog="Example: flight list cubli_asteroid")(list_)
     app.command(epilog="Example: flight run cubli_asteroid --engine ros --set controller.lambda_a=0.03 --json")(run)
@@ -62,8 +68,7 @@ def run(
     as_json: Json = False,
 ) -> None:
     """Run a scenario, record it to a bag, and print its metrics."""
-    if engine == "python":
-        os.environ["NUMBA_DISABLE_JIT"] = "1"
+    prepare_engine(engine)
     from flight_graph import runs
     from flight_graph import scenario as scenarios
     loaded = scenarios.load(scenario, overrides(scenario, settings, params, seed, duration), case)

@@ -8,14 +8,14 @@ A launch file holds two lines:
 Arguments of the launch: ``pace`` (lockstep or realtime), ``factor``, ``out`` (the bag's folder).
 """
 
-from flight_graph.ros.launcher import RECORDER, node_parameters
+from flight_graph.ros.launcher import RECORDER, TIMEOUT_S, node_parameters
 from flight_graph.scenario import Scenario, load
 
 
 def node_table(scenario: Scenario, pace: str, factor: float, out: str) -> list[dict]:
     """One row a node: package, executable, name, arguments, parameters; the recorder is the last."""
     rows = []
-    for name, values in node_parameters(scenario, pace, factor, timeout_s=60.0).items():
+    for name, values in node_parameters(scenario, pace, factor, TIMEOUT_S).items():
         if name == RECORDER:
             rows.append({"package": "sim_nodes", "executable": "recorder", "name": name, "arguments": [],
                          "parameters": {**values, "scenario": scenario.name, "out": out, "graph.linger": False}})

@@ -17,11 +17,13 @@ import yaml
 from flight_graph.errors import FlightError
 from flight_graph.records import flat
 from flight_graph.ros import shared_memory
+from flight_graph.runs import check_engine
 from flight_graph.scenario import Scenario
 from flight_graph.timebase import SECOND
 from msg_schemas.qos import WINDOW
 
 RECORDER = "recorder"
+TIMEOUT_S = 60.0  # [s]
 
 
 @dataclass
@@ -65,8 +67,19 @@ def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: flo
     return parameters
 
 
-def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float = 1.0, timeout_s: float = 30.0,
-        progress=None) -> RosRun:
+def patience_s() -> float:
+    """How long [s of wall time] a node waits for another: $FLIGHT_TIMEOUT_S, else `TIMEOUT_S`. Raises FlightError."""
+    text = os.environ.get("FLIGHT_TIMEOUT_S", str(TIMEOUT_S))
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = 0.0
+    if not 0.0 < seconds < float("inf"):
+        raise FlightError(f"FLIGHT_TIMEOUT_S={text}: allowed: a number of seconds greater than 0")
+    return seconds
+
+
+def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float = 1.0, progress=None) -> RosRun:
     """Run a scenario as ROS 2 nodes and record it into ``folder``. Raises FlightError with the first node's sentence.
 
     pace: lockstep (as fast as the graph answers) or realtime (``factor`` simulated seconds per wall second).
@@ -74,6 +87,7 @@ def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float 
     bag, and goes on to the caller.
     """
     refuse(scenario)
+    timeout_s = patience_s()
     shared_memory.clean()
     with tempfile.TemporaryDirectory(prefix="flight_") as work:
         specs = _specs(scenario, Path(work), Path(folder).absolute(), pace, factor, timeout_s)
@@ -213,9 +227,7 @@ def _clock_master(graph) -> str:
 def refuse(scenario: Scenario) -> None:
     """Refuse a scenario or a machine that the ros engine cannot serve."""
     import importlib.util
-    if scenario.file.only and scenario.file.only.engine != "ros":
-        raise FlightError(f"{scenario.name} runs in the {scenario.file.only.engine} engine only: "
-                          f"{scenario.file.only.because}")
+    check_engine(scenario, "ros")
     if importlib.util.find_spec("rclpy") is None:
         raise FlightError("the ros engine needs rclpy; source a ROS 2 Jazzy, or install the extra: pip install "
                           "'flight_graph[ros]'")

@@ -12,14 +12,15 @@ from flight_graph.scenario import Scenario
 REPLAYER = "replayer"
 
 
-def run(bag_path, scenario: Scenario, component: str, answers: list, folder: Path, progress=None,
-        timeout_s: float = 60.0) -> tuple[Bag, int, str]:
+def run(bag_path, scenario: Scenario, component: str, answers: list, folder: Path,
+        progress=None) -> tuple[Bag, int, str]:
     """Replay one component of a recorded scenario over ROS topics. Raises FlightError.
 
     scenario: with changed parameters, ended where the inputs end. answers: the recorded topics to collect.
     Returns (bag of the answers, firings, "").
     """
     launcher.refuse(scenario)
+    timeout_s = launcher.patience_s()
     values = launcher.node_parameters(scenario, "lockstep", 1.0, timeout_s)[component]
     plain = {topic.port for topic in answers if topic.formatted is None}
     node = scenario.graph.nodes[component]

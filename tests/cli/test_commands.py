@@ -123,6 +123,20 @@ def test_a_mistake_reads_as_a_sentence(flight, toy_file, tmp_path, arguments, pa
     assert not list(tmp_path.glob("runs/*/*.mcap"))
 
 
+@pytest.mark.parametrize("text", ["soon", "0", "-1", "nan"])
+def test_a_timeout_that_is_none(flight, toy_file, monkeypatch, text):
+    pytest.importorskip("rclpy")
+    monkeypatch.setenv("FLIGHT_TIMEOUT_S", text)
+    status, _, err = flight("run", str(toy_file), "--engine", "ros")
+    assert status == 2 and f"FLIGHT_TIMEOUT_S={text}: allowed: a number of seconds greater than 0" in err, err
+
+
+def test_a_scenario_that_only_ros_can_run(flight, tmp_path):
+    (tmp_path / "live.yaml").write_text(yaml.safe_dump(toy.scenario(only={"engine": "ros", "because": "it is live"})))
+    status, _, err = flight("run", str(tmp_path / "live.yaml"))
+    assert status == 2 and "toy runs in the ros engine only: it is live" in err, err
+
+
 def test_the_initial_error_outside_the_funnel(flight):
     status, _, err = flight("run", "cubli_asteroid", "--duration", 1, "--set", "plant.initial_angles=[-0.5,0.3,0.3]")
     assert status == 2 and err.startswith("error: controller stopped at t = 0 s: the initial attitude error")
