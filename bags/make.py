@@ -14,9 +14,10 @@ import tempfile
 from pathlib import Path
 
 from flight_graph.compiled import CompiledRun
-from flight_graph.errors import FlightError
 from flight_graph.recording import write_recording
 from flight_graph.scenario import Scenario, available, load
+
+from flight_graph.errors import FlightError
 
 FOLDER = Path(__file__).resolve().parent
 LARGEST = 250_000  # [bytes] of a bag's folder

@@ -9,7 +9,7 @@ they are a bound or a verdict ("x": diverges or never settles), the verdict is c
 
 import argparse
 
-from flight_graph.claim_runs import RunEntry, run_all
+from flight_graph.claims.claim_runs import RunEntry, run_all
 
 TOLERANCE = 0.03  # relative
 FLOOR = {"tail_rad": 1e-5, "normal_force_min": 0.01, "overshoot_percent": 0.05}  # differences that mean nothing

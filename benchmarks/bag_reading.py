@@ -21,7 +21,7 @@ from rich.table import Table
 
 
 def ours(folder):
-    from flight_graph.bag.reader import read_bag
+    from flight_graph.bags.reader import read_bag
     bag = read_bag(folder)
     imu = bag["/cubli/imu"]
     return bag.stamps_ns("/cubli/imu"), imu["angular_velocity"], imu["linear_acceleration"]

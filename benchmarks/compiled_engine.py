@@ -19,9 +19,9 @@ SCENARIOS = ("cubli_asteroid", "cubli_asteroid_paper", "cubli_earth", "cubli_ear
 PROBE = """
 import json, sys, time
 began = time.perf_counter()
-from flight_graph.scenario import load
-from flight_graph.compiled import CompiledRun
-from flight_graph.recording import write_recording
+from flight_graph.graphs.scenario import load
+from flight_graph.engines.compiled import CompiledRun
+from flight_graph.recordings.recording import write_recording
 run = CompiledRun(load(sys.argv[1]))
 compile_s = run.compile()
 first_step_s = time.perf_counter() - began

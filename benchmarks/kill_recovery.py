@@ -39,8 +39,8 @@ class Kill:
 
 def kill_once(folder: Path, victim: str, after_s: float) -> Kill:
     """Start a realtime run, kill the ``recorder`` or the whole ``graph`` after_s seconds of messages later, recover."""
-    from flight_graph.bag.reader import read_bag
-    from flight_graph.bag.recover import recover
+    from flight_graph.bags.reader import read_bag
+    from flight_graph.bags.recover import recover
     with _reader() as reader:
         run = subprocess.Popen(
             [*_FLIGHT, "run", "cubli_asteroid", "--engine", "ros", "--pace", "realtime", "--duration", "60",

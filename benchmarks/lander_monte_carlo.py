@@ -14,8 +14,8 @@ from pathlib import Path
 
 import yaml
 
-from flight_graph.scenario import Scenario
-from flight_graph.sweep import Sweep, run_sweep
+from flight_graph.graphs.scenario import Scenario
+from flight_graph.sweeps.sweep import Sweep, run_sweep
 
 FRESH_SEED = 70001
 SHOWN = {"lateral_m": max, "speed_mps": max, "attitude_deg": max, "los_max_deg": max, "clearance_min_m": min,

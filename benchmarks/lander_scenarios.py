@@ -9,9 +9,9 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from flight_graph import metrics
+from flight_graph.graphs import metrics
+from flight_graph.graphs.scenario import load
 from flight_graph.runs import simulate
-from flight_graph.scenario import load
 
 NAMES = ("lander_nominal", "lander_estimated", "lander_bennu", "lander_bennu_polyhedral", "lander_stress_descent",
          "lander_stress_view", "lander_gravity_error", "lander_unconstrained", "lander_pd")

@@ -15,7 +15,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from flight_graph.bag.writer import BagWriter
+from flight_graph.bags.writer import BagWriter
 from msg_schemas.definitions import definition
 from msg_schemas.qos import Role
 from msg_schemas.signal import Signal

@@ -13,8 +13,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from flight_graph.graphs.scenario import load
 from flight_graph.ros import launcher
-from flight_graph.scenario import load
 
 HOPS = 4  # plant -> imu -> estimator -> controller -> plant
 

@@ -18,8 +18,8 @@ from papers.spacerobot.timing import best, update_times
 
 SCENARIO = "spacerobot_harmonic_rls"
 RUN = f"""
-from flight_graph.compiled import CompiledRun
-from flight_graph.scenario import load
+from flight_graph.engines.compiled import CompiledRun
+from flight_graph.graphs.scenario import load
 run = CompiledRun(load("{SCENARIO}"))
 print(run.run().compile_s)
 """
@@ -58,8 +58,8 @@ def first_compile() -> tuple[float, float]:
 
 def real_time_factor() -> tuple[float, int]:
     """Simulated over wall seconds of the compiled engine, and the samples a second."""
-    from flight_graph.compiled import CompiledRun
-    from flight_graph.scenario import load
+    from flight_graph.engines.compiled import CompiledRun
+    from flight_graph.graphs.scenario import load
     scenario = load(SCENARIO)
     run = CompiledRun(scenario)
     wall = min(run.run().wall_s for _ in range(3))

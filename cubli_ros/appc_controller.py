@@ -8,10 +8,10 @@ import math
 from cubli_ros import appc, funnel
 from cubli_ros.attitude import body_rates, cardan_from_quaternion, gravity_torque
 from cubli_ros.reference import reference
-from flight_graph.component import Component
+from flight_graph.components.component import Component
+from flight_graph.components.records import Array, Choice, Parameters, State, Vec3, field
 from flight_graph.errors import FlightError
 from flight_graph.kernel import kernel
-from flight_graph.records import Array, Choice, Parameters, State, Vec3, field
 from flight_graph.timebase import SECOND
 from msg_schemas import cubli
 

@@ -1,9 +1,9 @@
 """The attitude filter as a component: gyro and star tracker in, attitude, rates and covariance out."""
 
 from cubli_ros import attitude_filter
-from flight_graph.component import Component, same_stamp
+from flight_graph.components.component import Component, same_stamp
+from flight_graph.components.records import Array, Parameters, State, Vec3, field
 from flight_graph.kernel import kernel
-from flight_graph.records import Array, Parameters, State, Vec3, field
 from msg_schemas import cubli
 
 

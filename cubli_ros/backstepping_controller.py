@@ -6,9 +6,9 @@ Source: Aerospace 2022, 9(11), 728, section 5.4, which gives neither equation no
 
 from cubli_ros.backstepping import backstepping
 from cubli_ros.pd_controller import BaselineParameters, BaselineState, PdController, act, measure, start
-from flight_graph.component import Component
+from flight_graph.components.component import Component
+from flight_graph.components.records import field
 from flight_graph.kernel import kernel
-from flight_graph.records import field
 from msg_schemas import cubli
 
 

@@ -9,9 +9,9 @@ import math
 from cubli_ros import jump_condition
 from cubli_ros.appc_controller import RoverModel
 from cubli_ros.attitude import cardan_from_quaternion, diagonal_torque, invert_3x3, to_body
-from flight_graph.component import Component, Formatted
+from flight_graph.components.component import Component, Formatted
+from flight_graph.components.records import Array, State, Vec3, field
 from flight_graph.kernel import kernel
-from flight_graph.records import Array, State, Vec3, field
 from flight_graph.vectors import matrix_vector
 from msg_schemas import cubli
 from msg_schemas.definitions import TYPESTORE

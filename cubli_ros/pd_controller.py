@@ -9,10 +9,10 @@ from cubli_ros import appc
 from cubli_ros.appc_controller import RoverModel
 from cubli_ros.attitude import cardan_from_quaternion, gravity_torque
 from cubli_ros.pd import proportional_derivative
-from flight_graph.component import Component
+from flight_graph.components.component import Component
+from flight_graph.components.records import State, Vec3, field
 from flight_graph.errors import FlightError
 from flight_graph.kernel import kernel
-from flight_graph.records import State, Vec3, field
 from msg_schemas import cubli
 
 

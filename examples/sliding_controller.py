@@ -6,9 +6,9 @@ s = omega + c e,   u = I0 (-c omega - k tanh(s / width)) - M_g
 import math
 
 from cubli_ros.attitude import cardan_from_quaternion, gravity_torque
-from flight_graph.component import Component
+from flight_graph.components.component import Component
+from flight_graph.components.records import Parameters, State, Vec3, field
 from flight_graph.kernel import kernel
-from flight_graph.records import Parameters, State, Vec3, field
 from msg_schemas import cubli
 
 

@@ -4,9 +4,9 @@ import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from flight_graph import metrics
 from flight_graph.errors import FlightError, unknown
-from flight_graph.scenario import Scenario
+from flight_graph.graphs import metrics
+from flight_graph.graphs.scenario import Scenario
 
 ENGINES = ("compiled", "python", "ros")
 
@@ -79,8 +79,8 @@ def execute(scenario: Scenario, engine: str = "compiled", pace: str = "lockstep"
         return _ros(scenario, folder, pace, factor, progress)
     from numba import config
 
-    from flight_graph.compiled import CompiledRun
-    from flight_graph.recording import write_recording
+    from flight_graph.engines.compiled import CompiledRun
+    from flight_graph.recordings.recording import write_recording
     if (engine == "python") != bool(config.DISABLE_JIT):
         raise FlightError("the python engine needs NUMBA_DISABLE_JIT=1 in the environment, and no other engine may have it")
     run = CompiledRun(scenario)
@@ -103,13 +103,13 @@ def _prepare(parent: Path) -> None:
 
 def simulate(scenario: Scenario):
     """Run a scenario in process without a bag; return its Recording."""
-    from flight_graph.compiled import CompiledRun
+    from flight_graph.engines.compiled import CompiledRun
     return CompiledRun(scenario).run()
 
 
 def _ros(scenario, folder, pace, factor, progress):
-    from flight_graph.bag.reader import read_bag
-    from flight_graph.recording import BagSignals
+    from flight_graph.bags.reader import read_bag
+    from flight_graph.recordings.recording import BagSignals
     from flight_graph.ros import launcher
     result = launcher.run(scenario, folder, pace, factor, progress)
     signals = BagSignals(read_bag(folder), scenario)

@@ -10,8 +10,8 @@ import math
 
 import numpy as np
 
+from flight_graph.components.records import Array, Parameters, Vec3, field
 from flight_graph.kernel import kernel
-from flight_graph.records import Array, Parameters, Vec3, field
 from flight_graph.vectors import cross, matrix_vector
 from lander_ros.rotation import to_body
 

@@ -6,9 +6,9 @@ Source: Nonlinear Dynamics 100, 2427-2448 (2020), in the reconstruction of `land
 import math
 from types import SimpleNamespace
 
-from flight_graph.component import Component
+from flight_graph.components.component import Component
+from flight_graph.components.records import Array, State, Vec3, field
 from flight_graph.kernel import kernel
-from flight_graph.records import Array, State, Vec3, field
 from lander_ros.landing_checks import gain_warnings, require_vehicle
 from lander_ros.landing_law import LandingLaw, landing_law, lyapunov, lyapunov_rate, lyapunov_rate_of_wrench
 from lander_ros.potential import potential

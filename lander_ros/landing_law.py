@@ -16,8 +16,8 @@ Units SI; D: landing-site frame, z_D outward normal; B: body; all inputs in D or
 
 import math
 
+from flight_graph.components.records import field
 from flight_graph.kernel import kernel
-from flight_graph.records import field
 from flight_graph.vectors import matrix_vector
 from lander_ros.feed_forward import LanderModel, clip_wrench, feed_forward
 from lander_ros.potential import potential

@@ -10,9 +10,9 @@ constraint is violated, or when L exceeds its value at the start by more than th
 
 import math
 
-from flight_graph.component import Component, Formatted, same_stamp
+from flight_graph.components.component import Component, Formatted, same_stamp
+from flight_graph.components.records import Array, Parameters, State, Vec3, field
 from flight_graph.kernel import kernel
-from flight_graph.records import Array, Parameters, State, Vec3, field
 from flight_graph.timebase import SECOND
 from lander_ros.constraints import clearance, view_cosine
 from msg_schemas import lander

@@ -4,9 +4,9 @@ The filter is `lander_ros.navigation_filter`. It starts with the first sample in
 camera all have something to say, at an unknown velocity.
 """
 
-from flight_graph.component import Component, same_stamp
+from flight_graph.components.component import Component, same_stamp
+from flight_graph.components.records import Array, Parameters, State, Vec3, field
 from flight_graph.kernel import kernel
-from flight_graph.records import Array, Parameters, State, Vec3, field
 from flight_graph.timebase import SECOND
 from lander_ros import navigation_filter
 from lander_ros.rotation import to_body, to_site

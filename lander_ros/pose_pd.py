@@ -7,8 +7,8 @@ Ours, to have something to compare the landing law with: same feed-forward, same
 
 import math
 
+from flight_graph.components.records import field
 from flight_graph.kernel import kernel
-from flight_graph.records import field
 from flight_graph.vectors import cross
 from lander_ros.feed_forward import LanderModel, clip_wrench, feed_forward
 from lander_ros.rotation import to_body

@@ -2,7 +2,7 @@
 
 from types import SimpleNamespace
 
-from flight_graph.component import Component
+from flight_graph.components.component import Component
 from flight_graph.kernel import kernel
 from lander_ros.landing_checks import require_vehicle
 from lander_ros.landing_controller import PoseState, take_odometry

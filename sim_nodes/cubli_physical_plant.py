@@ -31,10 +31,10 @@ from cubli_ros.attitude import (
     quaternion_to_body,
     rotation_matrix,
 )
-from flight_graph.component import Component, Formatted
+from flight_graph.components.component import Component, Formatted
+from flight_graph.components.records import Array, Choice, State, Vec3, field
 from flight_graph.errors import FlightError
 from flight_graph.kernel import kernel, plain
-from flight_graph.records import Array, Choice, State, Vec3, field
 from flight_graph.timebase import SECOND
 from msg_schemas import cubli
 from sim_nodes import cubli_contact, cubli_dynamics

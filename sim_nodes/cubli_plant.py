@@ -6,10 +6,10 @@ Source: Aerospace 2022, 9(11), 728, equations (1)-(5), (42). The equations are i
 import math
 
 from cubli_ros.attitude import quaternion_from_cardan, quaternion_multiply, to_body
-from flight_graph.component import Component, Formatted
+from flight_graph.components.component import Component, Formatted
+from flight_graph.components.records import Array, Parameters, State, Vec3, field
 from flight_graph.errors import FlightError
 from flight_graph.kernel import kernel
-from flight_graph.records import Array, Parameters, State, Vec3, field
 from flight_graph.timebase import SECOND
 from msg_schemas import cubli
 from msg_schemas.definitions import TYPESTORE

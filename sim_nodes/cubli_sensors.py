@@ -1,9 +1,9 @@
 """Sensors of the Cubli rover as components: inertial measurement unit and star tracker. Sampling: `sim_nodes.sensors`."""
 
 from cubli_ros.attitude import quaternion_from_cardan
-from flight_graph.component import Component
+from flight_graph.components.component import Component
+from flight_graph.components.records import Array, Parameters, State, Vec3, field
 from flight_graph.kernel import kernel
-from flight_graph.records import Array, Parameters, State, Vec3, field
 from msg_schemas import cubli
 from sim_nodes import sensors
 

@@ -9,10 +9,10 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from flight_graph.component import Component, Formatted
+from flight_graph.components.component import Component, Formatted
+from flight_graph.components.records import Array, State, Vec3, field
 from flight_graph.errors import FlightError
 from flight_graph.kernel import kernel, plain
-from flight_graph.records import Array, State, Vec3, field
 from flight_graph.timebase import SECOND
 from lander_ros.feed_forward import site_in_landing_frame
 from lander_ros.landing_checks import require_vehicle

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
+from flight_graph.components.records import Array, Choice, Vec3, field
 from flight_graph.errors import FlightError
 from flight_graph.kernel import kernel
-from flight_graph.records import Array, Choice, Vec3, field
 from sim_nodes.ellipsoid_gravity import site_frame
 from sim_nodes.gravity import bodies
 from sim_nodes.gravity.polyhedron import Polyhedron, evaluate, faces_field

@@ -7,10 +7,10 @@ standard deviations are per sample and axis; 0 switches a source off.
 
 import math
 
-from flight_graph.component import Component
+from flight_graph.components.component import Component
+from flight_graph.components.records import Array, Parameters, State, Vec3, field
 from flight_graph.kernel import kernel
 from flight_graph.noise import gaussian
-from flight_graph.records import Array, Parameters, State, Vec3, field
 from flight_graph.timebase import SECOND
 from lander_ros.landing_controller import take_odometry
 from lander_ros.navigation_filter import spin_quaternion

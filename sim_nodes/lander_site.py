@@ -7,9 +7,9 @@ the true field at the estimated position, times a factor.
 
 import math
 
-from flight_graph.component import Component
+from flight_graph.components.component import Component
+from flight_graph.components.records import Array, Parameters, State, Vec3, field
 from flight_graph.kernel import kernel
-from flight_graph.records import Array, Parameters, State, Vec3, field
 from msg_schemas import lander
 from sim_nodes.ellipsoid_gravity import EROS_LIKE_SPIN
 from sim_nodes.lander_dynamics import site_gravity

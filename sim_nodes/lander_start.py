@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 
+from flight_graph.components.records import Array, Choice, Parameters, Vec3, field
 from flight_graph.kernel import kernel
-from flight_graph.records import Array, Choice, Parameters, Vec3, field
 from lander_ros.constraints import funnel_height
 from lander_ros.rotation import multiply
 

@@ -7,9 +7,9 @@ a key.
 
 from cubli_ros.attitude import quaternion_from_rotation_vector, quaternion_multiply, quaternion_normalise
 from cubli_ros.jump_condition import centre_acceleration
+from flight_graph.components.records import State, Vec3
 from flight_graph.kernel import kernel
 from flight_graph.noise import gaussian
-from flight_graph.records import State, Vec3
 
 GYRO_DRAW = 0  # [-] first of three draw indices: gyro white noise
 WALK_DRAW = 3  # [-] gyro bias random walk

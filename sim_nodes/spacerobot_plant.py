@@ -11,10 +11,10 @@ import math
 
 import numpy as np
 
-from flight_graph.component import Component, Formatted
+from flight_graph.components.component import Component, Formatted
+from flight_graph.components.records import Array, Choice, State, Vec3, field
 from flight_graph.errors import FlightError
 from flight_graph.kernel import kernel
-from flight_graph.records import Array, Choice, State, Vec3, field
 from flight_graph.timebase import SECOND
 from msg_schemas import spacerobot
 from msg_schemas.definitions import TYPESTORE

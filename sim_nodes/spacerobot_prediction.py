@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from flight_graph.component import Component
+from flight_graph.components.component import Component
+from flight_graph.components.records import Array, State
 from flight_graph.kernel import kernel
-from flight_graph.records import Array, State
 from msg_schemas import spacerobot
 from spacerobot_ros.dynamics import inverse_dynamics
 from spacerobot_ros.kinematics import joint_rotations

@@ -6,10 +6,10 @@ White noise per sample and axis from counter-based draws; a standard deviation o
 import math
 
 from cubli_ros.attitude import quaternion_from_rotation_vector, quaternion_multiply, quaternion_normalise
-from flight_graph.component import Component
+from flight_graph.components.component import Component
+from flight_graph.components.records import Array, Parameters, State, Vec3, field
 from flight_graph.kernel import kernel
 from flight_graph.noise import gaussian
-from flight_graph.records import Array, Parameters, State, Vec3, field
 from flight_graph.timebase import SECOND
 from msg_schemas import spacerobot
 

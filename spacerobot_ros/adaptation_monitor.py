@@ -9,9 +9,9 @@ import math
 
 import numpy as np
 
-from flight_graph.component import Component, Formatted
+from flight_graph.components.component import Component, Formatted
+from flight_graph.components.records import Array, field
 from flight_graph.kernel import kernel
-from flight_graph.records import Array, field
 from msg_schemas import spacerobot
 from msg_schemas.definitions import TYPESTORE
 from spacerobot_ros.excitation import accumulate, singular_values

@@ -7,9 +7,9 @@ is there, and without an estimator, the controller uses its own prior.
 
 import numpy as np
 
-from flight_graph.component import Component
+from flight_graph.components.component import Component
+from flight_graph.components.records import Array, Choice, State, Vec3, field
 from flight_graph.kernel import kernel
-from flight_graph.records import Array, Choice, State, Vec3, field
 from msg_schemas import spacerobot
 from spacerobot_ros.adaptive_law import adaptive_control, control_work_size
 from spacerobot_ros.kinematics import attitude_difference, joint_rotations, rotation_vector

@@ -5,9 +5,9 @@ The filtered regressor is in `spacerobot_ros.filtered_regressor`; seven rows (mo
 
 import numpy as np
 
-from flight_graph.component import Component
+from flight_graph.components.component import Component
+from flight_graph.components.records import Array, field
 from flight_graph.kernel import kernel
-from flight_graph.records import Array, field
 from msg_schemas import spacerobot
 from spacerobot_ros.filtered_regressor import NOT_FINITE, READY, filter_step, momentum_regressor
 from spacerobot_ros.least_squares_estimator import (

@@ -9,9 +9,9 @@ actuator is at its limit, sigma says nothing about the parameters and the estima
 
 import numpy as np
 
-from flight_graph.component import Component
+from flight_graph.components.component import Component
+from flight_graph.components.records import Array, Choice, State, field
 from flight_graph.kernel import kernel
-from flight_graph.records import Array, Choice, State, field
 from msg_schemas import spacerobot
 from spacerobot_ros.kinematics import joint_rotations
 from spacerobot_ros.least_squares_estimator import publish

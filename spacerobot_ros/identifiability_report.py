@@ -7,7 +7,7 @@ origin accelerates as momentum demands. ``random`` stands for a free-floating mo
 import numpy as np
 
 from flight_graph.errors import FlightError, unknown
-from flight_graph.scenario import Scenario
+from flight_graph.graphs.scenario import Scenario
 from spacerobot_ros.identifiability import Identifiability, identify, momentum_free_acceleration, stack_regressors
 from spacerobot_ros.model import SpaceRobot, find_model
 

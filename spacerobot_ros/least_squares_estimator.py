@@ -6,9 +6,9 @@ The torque is the one held over the interval that ends now, the accelerations ar
 
 import numpy as np
 
-from flight_graph.component import Component
+from flight_graph.components.component import Component
+from flight_graph.components.records import Array, Choice, field
 from flight_graph.kernel import kernel
-from flight_graph.records import Array, Choice, field
 from msg_schemas import spacerobot
 from spacerobot_ros import recursive_least_squares as rls
 from spacerobot_ros.motion_inputs import motion_state, read_motion

@@ -1,7 +1,7 @@
 """What every parameter estimator reads: the measured motion and torques, and whether adaptation is to rest."""
 
+from flight_graph.components.records import Array, State
 from flight_graph.kernel import kernel
-from flight_graph.records import Array, State
 from spacerobot_ros.kinematics import joint_rotations
 
 

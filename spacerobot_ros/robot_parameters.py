@@ -7,9 +7,9 @@ in the bits of a float64 array, because kernels index with it (`tree_indices`).
 
 import numpy as np
 
+from flight_graph.components.records import Array, Choice, Parameters, field
 from flight_graph.errors import FlightError
 from flight_graph.kernel import kernel
-from flight_graph.records import Array, Choice, Parameters, field
 from spacerobot_ros import recursive_least_squares as rls
 from spacerobot_ros.inertial_parameters import prior
 from spacerobot_ros.model import find_model

@@ -8,9 +8,9 @@ accelerometer's.
 
 import math
 
-from flight_graph.component import Component, same_stamp
+from flight_graph.components.component import Component, same_stamp
+from flight_graph.components.records import Array, Choice, Parameters, State, Vec3, field
 from flight_graph.kernel import kernel
-from flight_graph.records import Array, Choice, Parameters, State, Vec3, field
 from msg_schemas import spacerobot
 from spacerobot_ros.kinematics import attitude_difference, rotation_vector
 

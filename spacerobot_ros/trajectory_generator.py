@@ -6,10 +6,10 @@ Channels: roll, pitch, yaw (Euler ZYX), then the joints.
 
 import numpy as np
 
-from flight_graph.component import Component
+from flight_graph.components.component import Component
+from flight_graph.components.records import Array, Choice, State, Vec3, field
 from flight_graph.errors import FlightError
 from flight_graph.kernel import kernel
-from flight_graph.records import Array, Choice, State, Vec3, field
 from flight_graph.timebase import SECOND
 from msg_schemas import spacerobot
 from spacerobot_ros.kinematics import attitude_difference, rotation_vector

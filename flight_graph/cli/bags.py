@@ -38,7 +38,7 @@ def info(
     attachment: Annotated[str | None, typer.Option(help="Print this attachment instead.")] = None,
 ) -> None:
     """Say what a bag holds: topics, counts, rates, how it was made and how it ended."""
-    from flight_graph.bag.reader import read_bag
+    from flight_graph.bags.reader import read_bag
     with working(f"reading {bag}", not as_json):
         content = read_bag(bag)
     tell_unchecked(content)
@@ -87,14 +87,14 @@ def plot(
     out: Annotated[Path | None, typer.Option(help="The PNG to write; beside the bag when left out.")] = None,
 ) -> None:
     """Draw a run's overview figure from its bag."""
-    from flight_graph.recording import open_run
+    from flight_graph.recordings.recording import open_run
     _, scenario, signals = open_run(bag)
     print(draw_overview(scenario, signals, out or bag.with_name(bag.stem + ".png")))
 
 
 def draw_overview(scenario, signals, path: Path) -> Path:
     """The figure that the scenario names. Raises FlightError when it names none."""
-    from flight_graph.metrics import load
+    from flight_graph.graphs.metrics import load
     if not scenario.file.figure:
         raise FlightError(f"{scenario.name} names no figure")
     return load(scenario.file.figure)(scenario, signals, path)
@@ -109,7 +109,7 @@ def recover(
 
     The damaged bag stays as it is.
     """
-    from flight_graph.bag.recover import recover as save
+    from flight_graph.bags.recover import recover as save
     folder = out or _beside(bag, "_recovered")
     with working(f"recovering {bag}", not as_json):
         report = save(bag, folder)
@@ -135,8 +135,8 @@ def diff(
     topics: Topics = None, as_json: Json = False,
 ) -> None:
     """Compare two bags topic by topic: equal bytes, or where and by how much they differ. The status is 1 then."""
-    from flight_graph.bag.diff import diff as compare
-    from flight_graph.bag.reader import read_bag
+    from flight_graph.bags.diff import diff as compare
+    from flight_graph.bags.reader import read_bag
     with working(f"comparing {bag_a} and {bag_b}", not as_json):
         a, b = read_bag(bag_a), read_bag(bag_b)
         for name in topic_names(topics) or []:
@@ -165,8 +165,8 @@ def export(
     topics: Topics = None, as_json: Json = False,
 ) -> None:
     """Write one table a topic, with named and unit-labelled columns."""
-    from flight_graph.bag.export import export as write
-    from flight_graph.bag.reader import read_bag
+    from flight_graph.bags.export import export as write
+    from flight_graph.bags.reader import read_bag
     with working(f"writing {to} tables of {bag}", not as_json):
         content = read_bag(bag)
         paths = write(content, out or _beside(bag, "_tables"), to, topic_names(topics))

@@ -18,11 +18,12 @@ def demo(
     duration: Annotated[float | None, typer.Option(help="Simulated seconds.")] = None,
 ) -> None:
     """Run a scenario as ROS 2 nodes in lockstep, record it, judge the claims that it can, and draw its figure."""
-    from flight_graph import claims, runs
+    from flight_graph import runs
+    from flight_graph.claims.claims import claims
     from flight_graph.cli.bags import draw_overview
     from flight_graph.cli.claims import table
-    from flight_graph.recording import open_run
-    from flight_graph.scenario import load
+    from flight_graph.graphs.scenario import load
+    from flight_graph.recordings.recording import open_run
     loaded = load(scenario, {} if duration is None else {"duration_s": duration})
     engine = "ros" if importlib.util.find_spec("rclpy") else "compiled"
     if engine == "compiled":

@@ -78,9 +78,10 @@ def _ros():
 
 
 def _cache():
-    from flight_graph import scenario, source
-    from flight_graph.compiled import CompiledRun
+    from flight_graph.engines import source
+    from flight_graph.engines.compiled import CompiledRun
     from flight_graph.errors import FlightError
+    from flight_graph.graphs import scenario
     warm = {}
     for name in scenario.available():
         try:

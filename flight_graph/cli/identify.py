@@ -26,7 +26,7 @@ def identify(
 ) -> None:
     """Rank, singular values, and which parameters are identifiable, on their own or in which combinations."""
     from flight_graph.cli.scenarios import parse_settings
-    from flight_graph.scenario import load
+    from flight_graph.graphs.scenario import load
     scenario = None if trajectory == "random" else load(trajectory, parse_settings(settings))
     reports = importlib.import_module(REPORTS)
     found = reports.report(reports.robot_named(robot), scenario, rows, cut)

@@ -36,7 +36,7 @@ def verify(
     is within a tolerance. The status is 0 when the bag holds, 1 when it does not or cannot be compared.
     """
     prepare_engine(engine)
-    from flight_graph.verify import verify as run_again
+    from flight_graph.replays.verify import verify as run_again
     with steps(f"verify {bag}", not as_json) as advance:
         result = run_again(bag, engine, trust, tolerance, lambda seconds: advance(seconds, None, "s simulated"),
                            lambda: advance(0, None, "compiling (once; it is kept)"))
@@ -61,7 +61,7 @@ def replay(
     Without --set every byte must be equal. With --set the differences are reported (open loop).
     """
     prepare_engine(engine)
-    from flight_graph.replay import replay as run_again
+    from flight_graph.replays.replay import replay as run_again
     with steps(f"replay {component}", not as_json) as advance:
         result = run_again(bag, component, engine, parse_settings(settings), trust, tolerance,
                            lambda seconds: advance(seconds, None, "s simulated"))
@@ -82,7 +82,7 @@ def play(
     topics: Topics = None,
 ) -> None:
     """Publish a bag to live ROS topics, with /clock, for viewers. Any rosbag2 MCAP bag can be played."""
-    from flight_graph.play import Schedule
+    from flight_graph.replays.play import Schedule
     schedule = Schedule.of(bag, rate, start, topic_names(topics))
     try:
         from flight_graph.ros import player

@@ -37,8 +37,8 @@ def list_(
     as_json: Json = False,
 ) -> None:
     """List scenarios and components, or show one scenario's graph: rates, topics, connections, parameters."""
-    from flight_graph import registry
-    from flight_graph import scenario as scenarios
+    from flight_graph.components import registry
+    from flight_graph.graphs import scenario as scenarios
     if scenario:
         _show_scenario(scenarios.load(scenario), as_json)
         return
@@ -70,7 +70,7 @@ def run(
     """Run a scenario, record it to a bag, and print its metrics."""
     prepare_engine(engine)
     from flight_graph import runs
-    from flight_graph import scenario as scenarios
+    from flight_graph.graphs import scenario as scenarios
     loaded = scenarios.load(scenario, overrides(scenario, settings, params, seed, duration), case)
     runs.check_engine(loaded, engine)
     folder = runs.new_folder(out, loaded, engine)
@@ -99,7 +99,7 @@ def _what_is_left(folder) -> str:
     if (folder / "metadata.yaml").exists():
         return f"the bag up to here is {folder}"
     if any(folder.glob("*.mcap")):
-        return f"the bag {folder} was not closed: flight_graph.bag.recover saves what is in it"
+        return f"the bag {folder} was not closed: flight_graph.bags.recover saves what is in it"
     return "nothing was recorded"
 
 
@@ -116,7 +116,7 @@ def node(
     if ":" in package:
         raise typer.Exit(run_component(package, package.rpartition(":")[2].lower(), arguments))
     if not arguments or arguments[0] in ("-h", "--help"):
-        from flight_graph import registry
+        from flight_graph.components import registry
         print(f"executables of {package}: {', '.join(registry.executables(package))}")
         raise typer.Exit(0 if arguments else 2)
     raise typer.Exit(main(package, arguments[0], arguments[1:]))
@@ -140,8 +140,8 @@ def overrides(scenario, settings, params=None, seed=None, duration=None) -> dict
     """What the options of a command set in a scenario, by key."""
     found = {}
     if params:
-        from flight_graph import parameter_file
-        from flight_graph import scenario as scenarios
+        from flight_graph.components import parameter_file
+        from flight_graph.graphs import scenario as scenarios
         data, _, folder = scenarios.read(scenario)
         for path in params:
             found.update(parameter_file.overrides(path, data["components"], folder))

@@ -34,8 +34,8 @@ def sweep(
     Any row is run again to a full bag, bit for bit the same, by its number: flight run SCENARIO --case K.
     """
     from flight_graph import runs as one_run
-    from flight_graph import scenario as scenarios
-    from flight_graph import sweep as sweeps
+    from flight_graph.graphs import scenario as scenarios
+    from flight_graph.sweeps import sweep as sweeps
     given = overrides(scenario, settings, params, None, duration)
     prepared = sweeps.Sweep(scenarios.load(scenario, given), given)
     prepared.cases(runs)

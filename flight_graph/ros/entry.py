@@ -4,7 +4,7 @@ import importlib
 import signal
 import sys
 
-from flight_graph import registry
+from flight_graph.components import registry
 from flight_graph.errors import FlightError
 from flight_graph.ros.environment import prepare_environment
 

@@ -8,8 +8,8 @@ A launch file holds two lines:
 Arguments of the launch: ``pace`` (lockstep or realtime), ``factor``, ``out`` (the bag's folder).
 """
 
+from flight_graph.graphs.scenario import Scenario, load
 from flight_graph.ros.launcher import RECORDER, TIMEOUT_S, node_parameters
-from flight_graph.scenario import Scenario, load
 
 
 def node_table(scenario: Scenario, pace: str, factor: float, out: str) -> list[dict]:

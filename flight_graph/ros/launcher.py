@@ -14,11 +14,11 @@ from pathlib import Path
 
 import yaml
 
+from flight_graph.components.records import flat
 from flight_graph.errors import FlightError
-from flight_graph.records import flat
+from flight_graph.graphs.scenario import Scenario
 from flight_graph.ros import shared_memory
 from flight_graph.runs import check_engine
-from flight_graph.scenario import Scenario
 from flight_graph.timebase import SECOND
 from msg_schemas.qos import WINDOW
 

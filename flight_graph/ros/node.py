@@ -8,10 +8,10 @@ import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 
-from flight_graph import source, steps
-from flight_graph.compiled import fault_sentence, nonfinite_sentence
+from flight_graph.engines import source, steps
+from flight_graph.engines.compiled import fault_sentence, nonfinite_sentence
 from flight_graph.errors import FlightError, unknown
-from flight_graph.recording import formatted_payload
+from flight_graph.recordings.recording import formatted_payload
 from flight_graph.ros.parameters import ComponentParameters
 from flight_graph.ros.ports import InputPort, LoopOnly, OutputPort, RawPublisher
 from flight_graph.ros.progress import Progress, Watch

@@ -3,8 +3,8 @@
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.exceptions import ParameterException
 
+from flight_graph.components.records import Entry, flat
 from flight_graph.errors import FlightError
-from flight_graph.records import Entry, flat
 
 
 def descriptor(entry: Entry) -> ParameterDescriptor:

@@ -15,7 +15,7 @@ from rclpy.node import Node  # noqa: E402
 from rclpy.signals import SignalHandlerOptions  # noqa: E402
 from yaml import YAMLError  # noqa: E402
 
-from flight_graph.play import CLOCK_TOPIC, Schedule  # noqa: E402
+from flight_graph.replays.play import CLOCK_TOPIC, Schedule  # noqa: E402
 from flight_graph.ros.node import CLOCK, CLOCK_PERIOD_NS, clock_payload  # noqa: E402
 from flight_graph.ros.ports import RawPublisher, message_class  # noqa: E402
 from flight_graph.timebase import stamp_parts  # noqa: E402

@@ -10,10 +10,10 @@ from collections import deque
 from pathlib import Path
 
 from flight_graph.errors import FlightError
-from flight_graph.recording import RecordedTopic, RunBag, formatted_payload
+from flight_graph.graphs.scenario import Scenario
+from flight_graph.recordings.recording import RecordedTopic, RunBag, formatted_payload
 from flight_graph.ros.ports import LoopOnly, RawSubscription
 from flight_graph.ros.progress import Progress
-from flight_graph.scenario import Scenario
 from flight_graph.timebase import SECOND
 from msg_schemas.qos import RECORDER
 from msg_schemas.signal import SignalMismatch
@@ -203,7 +203,7 @@ def main(arguments: list[str], announce=None) -> int:
 
 def read_scenario(text: str) -> Scenario:
     """A scenario by name or YAML file, or the resolved one of a run as a JSON file."""
-    from flight_graph.scenario import load
+    from flight_graph.graphs.scenario import load
     if text.endswith(".json"):
         return Scenario(json.loads(Path(text).read_text()), Path(text).name, Path(text).parent)
     return load(text)

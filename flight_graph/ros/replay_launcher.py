@@ -5,9 +5,9 @@ from pathlib import Path
 
 import yaml
 
-from flight_graph.bag.reader import Bag, read_bag
+from flight_graph.bags.reader import Bag, read_bag
+from flight_graph.graphs.scenario import Scenario
 from flight_graph.ros import launcher
-from flight_graph.scenario import Scenario
 
 REPLAYER = "replayer"
 

@@ -12,11 +12,11 @@ import rclpy
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from flight_graph.comparison import write_topics
 from flight_graph.errors import FlightError
-from flight_graph.recorded_run import open_recorded
-from flight_graph.recording import formatted_payload
-from flight_graph.replay import comparable_topics, recorded_inputs
+from flight_graph.recordings.comparison import write_topics
+from flight_graph.recordings.recorded_run import open_recorded
+from flight_graph.recordings.recording import formatted_payload
+from flight_graph.replays.replay import comparable_topics, recorded_inputs
 from flight_graph.ros.node import CLOCK, CLOCK_PERIOD_NS, clock_payload
 from flight_graph.ros.ports import LoopOnly, RawPublisher, RawSubscription
 from flight_graph.ros.progress import Watch

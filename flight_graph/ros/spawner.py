@@ -59,7 +59,8 @@ def _import_once(specs):
     """Everything the children need, except what starts threads or sockets."""
     from flight_graph.ros.environment import prepare_environment
     prepare_environment()
-    from flight_graph import registry, steps
+    from flight_graph.components import registry
+    from flight_graph.engines import steps
     from flight_graph.ros import entry, lockstep, node, ports, realtime, recorder, recorder_node, tracer  # noqa: F401
     types = {"rosgraph_msgs/msg/Clock"}
     for spec in specs:

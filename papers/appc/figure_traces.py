@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flight_graph.scenario import Scenario
+from flight_graph.graphs.scenario import Scenario
 from papers.appc.metrics import contact_history, matched, seconds
 
 POINTS = 6000  # at most, of a curve

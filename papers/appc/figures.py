@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from flight_graph.claim_runs import RunEntry, identity
-from flight_graph.compiled import CompiledRun
+from flight_graph.claims.claim_runs import RunEntry, identity
+from flight_graph.engines.compiled import CompiledRun
 from papers.appc.figure_list import ANGLE, EFFORT, ERROR, FEASIBILITY, FIGURES, RATE
 from papers.appc.figure_traces import trace
 from papers.appc.metrics import (
@@ -88,7 +88,7 @@ def draw(folder, advance=None, numbers=None, kept=None) -> list[Path]:
     """Draw the paper's figures, one PNG each, from runs made here; return the files.
 
     advance(done, total, what) is called after each run and figure; numbers: only these figures; kept(scenario) gives
-    the signals of a run from its bag (`flight_graph.kept_runs`).
+    the signals of a run from its bag (`flight_graph.claims.kept_runs`).
     """
     from matplotlib.figure import Figure
     wanted = [entry for entry in FIGURES if numbers is None or entry.number in numbers]

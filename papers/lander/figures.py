@@ -180,11 +180,11 @@ def scatter(rows: dict, path) -> Path:
 def draw(folder, progress=None, kept=None) -> list[Path]:
     """All figures of the paper's runs, into a folder; returns the files. progress(done, total, name).
 
-    kept(scenario) gives the signals of a run from its bag (`flight_graph.kept_runs`).
+    kept(scenario) gives the signals of a run from its bag (`flight_graph.claims.kept_runs`).
     """
+    from flight_graph.graphs.scenario import load
     from flight_graph.runs import simulate
-    from flight_graph.scenario import load
-    from flight_graph.sweep import Sweep
+    from flight_graph.sweeps.sweep import Sweep
     names = ["lander_nominal", "lander_unconstrained", "lander_pd", "lander_estimated", "lander_bennu"]
     drawn = []
     for number, name in enumerate(names):

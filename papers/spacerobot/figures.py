@@ -43,7 +43,7 @@ def overview(scenario, signals, path) -> Path:
 def draw(folder, advance=None, kept=None) -> list[Path]:
     """Draw all figures of the paper into a folder. advance(done, total, what) is called after each.
 
-    kept(scenario) gives the signals of a run from its bag (`flight_graph.kept_runs`).
+    kept(scenario) gives the signals of a run from its bag (`flight_graph.claims.kept_runs`).
     """
     folder, made = Path(folder), []
     jobs = [("fig8", figure_8), ("fig9", figure_9), ("fig10", figure_10), ("fig11_12", figure_11_12),
@@ -142,8 +142,8 @@ def figure_13(path, kept=None) -> Path:
 
 
 def _run(name, kept, **overrides):
+    from flight_graph.graphs.scenario import load
     from flight_graph.runs import simulate
-    from flight_graph.scenario import load
     scenario = load(name, overrides)
     return scenario, (kept or simulate)(scenario)
 

@@ -6,8 +6,8 @@
 import math
 from pathlib import Path
 
+from flight_graph.components.records import Array, Choice, Parameters, Vec3, field
 from flight_graph.errors import FlightError
-from flight_graph.records import Array, Choice, Parameters, Vec3, field
 from sim_nodes.gravity import bodies
 from sim_nodes.gravity.site import site
 

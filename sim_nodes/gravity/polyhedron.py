@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flight_graph import source
+from flight_graph.engines import source
 from flight_graph.kernel import kernel
 
 _EVALUATE = '''"""Gravity of a polyhedron at many points; generated so that its machine code is kept."""

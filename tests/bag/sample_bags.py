@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from flight_graph.bag.writer import BagWriter
+from flight_graph.bags.writer import BagWriter
 from msg_schemas.definitions import TYPESTORE
 from msg_schemas.qos import Role
 from msg_schemas.signal import Signal

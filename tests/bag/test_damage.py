@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 
-from flight_graph.bag.errors import BagDamaged, BagError
-from flight_graph.bag.mcap_records import list_records
-from flight_graph.bag.reader import read_bag
-from flight_graph.bag.recover import recover
-from flight_graph.bag.writer import BagWriter
+from flight_graph.bags.errors import BagDamaged, BagError
+from flight_graph.bags.mcap_records import list_records
+from flight_graph.bags.reader import read_bag
+from flight_graph.bags.recover import recover
+from flight_graph.bags.writer import BagWriter
 from msg_schemas.definitions import TYPESTORE
 from tests.bag.sample_bags import IMU, diagnostics_payload, write_bag
 
@@ -215,7 +215,7 @@ def test_swapped_files_are_noticed(bag, tmp_path):
 
 WRITER = """
 import sys, time
-from flight_graph.bag.writer import BagWriter
+from flight_graph.bags.writer import BagWriter
 from tests.bag.sample_bags import IMU, stamp
 import numpy as np
 

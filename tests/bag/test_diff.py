@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from flight_graph.bag.diff import diff
-from flight_graph.bag.writer import BagWriter
+from flight_graph.bags.diff import diff
+from flight_graph.bags.writer import BagWriter
 from msg_schemas.qos import Role
 from tests.bag.sample_bags import IMU, diagnostics_payload, write_bag
 

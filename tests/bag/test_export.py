@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from pyarrow import parquet
 
-from flight_graph.bag.errors import BagError
-from flight_graph.bag.export import export
-from flight_graph.bag.writer import BagWriter
+from flight_graph.bags.errors import BagError
+from flight_graph.bags.export import export
+from flight_graph.bags.writer import BagWriter
 from msg_schemas.qos import Role
 from tests.bag.sample_bags import WHEELS
 

@@ -6,9 +6,9 @@ from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, Qo
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from flight_graph.bag.errors import BagError
-from flight_graph.bag.reader import read_bag
-from flight_graph.bag.writer import BagWriter
+from flight_graph.bags.errors import BagError
+from flight_graph.bags.reader import read_bag
+from flight_graph.bags.writer import BagWriter
 from flight_graph.errors import FlightError
 from msg_schemas.definitions import TYPESTORE
 from msg_schemas.qos import Role
@@ -37,7 +37,7 @@ def test_our_topics_are_the_records_that_were_written(bag):
 @pytest.mark.parametrize("kept", [1 << 29, 0])
 def test_a_bag_of_many_blocks(tmp_path, monkeypatch, kept):
     """Read ahead by a thread; with payloads kept at once, and gathered only when asked for (as of a very large file)."""
-    monkeypatch.setattr("flight_graph.bag.verify._KEPT", kept)
+    monkeypatch.setattr("flight_graph.bags.verify._KEPT", kept)
     bag = write_bag(tmp_path / "long", count=40_000)  # 17 MB
     read = read_bag(bag.folder)
     for topic, records in (("/cubli/imu", bag.imu), ("/cubli/wheels", bag.wheels)):

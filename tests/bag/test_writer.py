@@ -17,9 +17,9 @@ from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability, QosReliability
 from rosbags.rosbag2 import Reader
 
-from flight_graph.bag.errors import BagDamaged, BagError
-from flight_graph.bag.reader import read_bag
-from flight_graph.bag.writer import BagWriter
+from flight_graph.bags.errors import BagDamaged, BagError
+from flight_graph.bags.reader import read_bag
+from flight_graph.bags.writer import BagWriter
 from msg_schemas.definitions import TYPESTORE
 from msg_schemas.qos import Role
 from tests.bag.sample_bags import IMU, WHEELS, diagnostics_payload, recorded, write_bag
@@ -180,7 +180,7 @@ def test_folder_that_cannot_be_made(tmp_path):
 @pytest.mark.parametrize("where", ["chunk", "timer", "close"])
 def test_disk_full(tmp_path, monkeypatch, where):
     """Every later call says so, the mark stays, and what reached the disk before can be recovered."""
-    from flight_graph.bag.recover import recover
+    from flight_graph.bags.recover import recover
 
     writer = BagWriter(tmp_path / "hop")
     topic = writer.add_topic("/cubli/imu", IMU.type_name, IMU.role.qos)

@@ -2,9 +2,9 @@ import dataclasses
 
 import pytest
 
-from flight_graph.compiled import CompiledRun
-from flight_graph.recording import write_recording
-from flight_graph.scenario import load
+from flight_graph.engines.compiled import CompiledRun
+from flight_graph.graphs.scenario import load
+from flight_graph.recordings.recording import write_recording
 from tests.bag_commands.command_line import CommandLine
 
 

@@ -13,9 +13,9 @@ import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from flight_graph.bag.reader import read_bag
+from flight_graph.bags.reader import read_bag
 from flight_graph.errors import FlightError
-from flight_graph.play import Schedule
+from flight_graph.replays.play import Schedule
 
 pytest.importorskip("rclpy")
 pytestmark = pytest.mark.ros

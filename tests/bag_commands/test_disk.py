@@ -7,10 +7,10 @@ import time
 import numpy as np
 import pytest
 
-from flight_graph.bag.reader import read_bag
+from flight_graph.bags.reader import read_bag
 from flight_graph.errors import FlightError
-from flight_graph.recording import RunBag
-from flight_graph.scenario import Scenario
+from flight_graph.graphs.scenario import Scenario
+from flight_graph.recordings.recording import RunBag
 from tests.graph import toy
 from tests.ros.processes import FLIGHT, environment, until
 

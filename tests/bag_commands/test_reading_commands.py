@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from mcap.writer import Writer
 
-from flight_graph.bag.message_types import standard_definition
-from flight_graph.bag.reader import read_bag
+from flight_graph.bags.message_types import standard_definition
+from flight_graph.bags.reader import read_bag
 from tests.bag.sample_bags import write_bag
 from tests.bag_commands.conftest import recorded
 

@@ -6,11 +6,11 @@ import json
 import numpy as np
 import pytest
 
-from flight_graph.bag.reader import read_bag
-from flight_graph.compiled import CompiledRun
-from flight_graph.recording import RunBag, open_run, payloads
-from flight_graph.replay import replay
-from flight_graph.scenario import load
+from flight_graph.bags.reader import read_bag
+from flight_graph.engines.compiled import CompiledRun
+from flight_graph.graphs.scenario import load
+from flight_graph.recordings.recording import RunBag, open_run, payloads
+from flight_graph.replays.replay import replay
 from tests.bag_commands.conftest import recorded
 from tests.ros.processes import flight as process
 

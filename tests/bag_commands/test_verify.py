@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flight_graph import recorded_run
-from flight_graph.bag.reader import read_bag
-from flight_graph.bag.recover import recover
-from flight_graph.compiled import CompiledRun
-from flight_graph.recording import RunBag, payloads, versions, write_recording
-from flight_graph.scenario import load
-from flight_graph.verify import verify
+from flight_graph.bags.reader import read_bag
+from flight_graph.bags.recover import recover
+from flight_graph.engines.compiled import CompiledRun
+from flight_graph.graphs.scenario import load
+from flight_graph.recordings import recorded_run
+from flight_graph.recordings.recording import RunBag, payloads, versions, write_recording
+from flight_graph.replays.verify import verify
 from tests.bag_commands.conftest import recorded
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -147,9 +147,9 @@ def test_realtime_is_not_compared(flight, tmp_path):
 
 
 USERS_OWN = """
-from flight_graph.component import Component
+from flight_graph.components.component import Component
 from flight_graph.kernel import kernel
-from flight_graph.records import Parameters, State, field
+from flight_graph.components.records import Parameters, State, field
 from msg_schemas.qos import Role
 from msg_schemas.signal import Quantity, named_vector
 
@@ -226,7 +226,7 @@ def test_a_full_disk_leaves_a_mark(tmp_path, bytes_left, monkeypatch):
     """The mark RECORDING stays, and reading commands name the way out."""
     import os
 
-    from flight_graph.bag.errors import BagDamaged, BagError
+    from flight_graph.bags.errors import BagDamaged, BagError
     left, write = [bytes_left], os.write
 
     def short(file, data):
@@ -239,7 +239,7 @@ def test_a_full_disk_leaves_a_mark(tmp_path, bytes_left, monkeypatch):
         return count
 
     recording = CompiledRun(load("cubli_earth", {"duration_s": 0.5})).run()
-    monkeypatch.setattr("flight_graph.bag.mcap_file.os.write", short)
+    monkeypatch.setattr("flight_graph.bags.mcap_file.os.write", short)
     with pytest.raises(BagError, match="no space left on device"):
         write_recording(recording, tmp_path / "bag", "compiled")
     monkeypatch.undo()

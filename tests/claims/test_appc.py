@@ -8,8 +8,8 @@ import re
 import pytest
 import yaml
 
-from flight_graph import claims
-from flight_graph.claim_runs import RunEntry, run_all
+from flight_graph.claims.claim_runs import RunEntry, run_all
+from flight_graph.claims.claims import claims
 
 pytestmark = pytest.mark.xdist_group("claims of appc")  # the rows are computed once
 
@@ -75,7 +75,7 @@ def test_reasons_are_one_or_two_sentences():
 
 def test_the_gain_scans_name_every_case():
     """A case that is added to the scan is judged."""
-    from flight_graph.scenario import load
+    from flight_graph.graphs.scenario import load
     content = claims.read("appc")
     names = {name for name, _ in load("cubli_controllers").vary.combinations}
     assert {name for name in names if name.startswith("PD") and "hang" not in name} == set(content.runs["pds"].cases)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from flight_graph.scenario import load
+from flight_graph.graphs.scenario import load
 from papers.appc import consistency
 
 
@@ -42,7 +42,7 @@ def test_the_sign_of_a_quaternion_means_nothing():
 
 def test_the_bias_walk_is_the_sensors_own():
     """Without white noise, and standing still, the gyro measures its bias."""
-    from flight_graph.compiled import CompiledRun
+    from flight_graph.engines.compiled import CompiledRun
     scenario = load("cubli_seeds", {"imu.gyro_sigma": 0.0, "duration_s": 5.0}, 3)
     recording = CompiledRun(scenario).run()
     bias = consistency.true_bias(scenario, recording["cubli/imu"])

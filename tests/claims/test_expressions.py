@@ -2,7 +2,7 @@
 
 import pytest
 
-from flight_graph.claim_expressions import Several, evaluate, names
+from flight_graph.claims.claim_expressions import Several, evaluate, names
 from flight_graph.errors import FlightError
 
 RESULTS = {

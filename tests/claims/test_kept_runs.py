@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from flight_graph import recording
-from flight_graph.kept_runs import KeptRuns
+from flight_graph.claims.kept_runs import KeptRuns
+from flight_graph.graphs.scenario import load
+from flight_graph.recordings import recording
 from flight_graph.runs import simulate
-from flight_graph.scenario import load
 
 
 def test_a_kept_run_is_read_from_its_bag_until_the_code_changes(tmp_path, monkeypatch):

@@ -8,8 +8,8 @@ import math
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from flight_graph.compiled import CompiledRun
-from flight_graph.scenario import load
+from flight_graph.engines.compiled import CompiledRun
+from flight_graph.graphs.scenario import load
 from papers.appc import metrics
 
 MASS, LENGTH, WHEEL = 2.0, 0.2, 1.0e-3  # [kg], [m], [kg m^2]

@@ -2,9 +2,9 @@
 
 import pytest
 
-from flight_graph.compiled import CompiledRun
+from flight_graph.engines.compiled import CompiledRun
 from flight_graph.errors import FlightError
-from flight_graph.scenario import load
+from flight_graph.graphs.scenario import load
 from papers.appc import metrics
 
 

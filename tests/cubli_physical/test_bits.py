@@ -6,8 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-from flight_graph.compiled import CompiledRun
-from flight_graph.scenario import load
+from flight_graph.engines.compiled import CompiledRun
+from flight_graph.graphs.scenario import load
 
 ROOT = Path(__file__).resolve().parents[2]
 SETTINGS = {"plant.largest_step": 0.01, "plant.on_slip": "slide", "duration_s": 2}

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from flight_graph.errors import FlightError
+from flight_graph.graphs.scenario import load
 from flight_graph.kernel import plain
-from flight_graph.scenario import load
 from msg_schemas import cubli
 from sim_nodes.cubli_sensors import Imu
 from tests.cubli_physical.runs import CENTRE_INERTIA, IDLE, LENGTH, MASS, THETA, WHEEL, normal_of, run

@@ -10,10 +10,10 @@ import math
 import numpy as np
 import pytest
 
-from flight_graph import metrics
-from flight_graph.compiled import CompiledRun
+from flight_graph.engines.compiled import CompiledRun
+from flight_graph.graphs import metrics
+from flight_graph.graphs.scenario import load
 from flight_graph.kernel import plain
-from flight_graph.scenario import load
 from sim_nodes import cubli_dynamics
 
 pytestmark = pytest.mark.xdist_group("cubli_paper")

@@ -2,9 +2,9 @@
 
 from cubli_ros.design import design
 from cubli_ros.design_site import PHASINGS, Rover, Site
-from flight_graph import metrics
-from flight_graph.compiled import CompiledRun
-from flight_graph.scenario import Scenario
+from flight_graph.engines.compiled import CompiledRun
+from flight_graph.graphs import metrics
+from flight_graph.graphs.scenario import Scenario
 
 PLANTS = {"paper": "sim_nodes/cubli_plant", "physical": "sim_nodes/cubli_physical_plant"}
 

@@ -7,11 +7,11 @@ import pytest
 import yaml
 from typer.testing import CliRunner
 
-from flight_graph.bag.reader import read_bag
+from flight_graph.bags.reader import read_bag
 from flight_graph.cli.app import app
-from flight_graph.compiled import CompiledRun
+from flight_graph.engines.compiled import CompiledRun
 from flight_graph.errors import FlightError
-from flight_graph.scenario import load
+from flight_graph.graphs.scenario import load
 
 SITE = ["--gravity", "5e-4", "--disturbance", "5e-3", "--phasing", "120"]
 

@@ -5,9 +5,9 @@ import copy
 import pytest
 import yaml
 
-from flight_graph import scenario as scenarios
 from flight_graph.errors import FlightError
-from flight_graph.scenario import Scenario
+from flight_graph.graphs import scenario as scenarios
+from flight_graph.graphs.scenario import Scenario
 from tests.graph import toy
 
 

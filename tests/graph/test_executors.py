@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flight_graph import noise, source
-from flight_graph.compiled import CompiledRun
+from flight_graph import noise
+from flight_graph.engines import source
+from flight_graph.engines.compiled import CompiledRun
+from flight_graph.graphs.scenario import Scenario, load
 from flight_graph.kernel import fingerprint
-from flight_graph.scenario import Scenario, load
 from tests.graph import toy
 from tests.graph.reference_executor import ReferenceExecutor
 
@@ -68,8 +69,8 @@ def test_compiled_equals_plain_python_for_two_seconds(tmp_path, name):
     """The same generated source, compiled in this process and interpreted in another: equal bags, byte for byte."""
     code = """
 import hashlib, json, sys
-from flight_graph.compiled import CompiledRun
-from flight_graph.scenario import load
+from flight_graph.engines.compiled import CompiledRun
+from flight_graph.graphs.scenario import load
 import numba
 assert numba.config.DISABLE_JIT
 run = CompiledRun(load(sys.argv[1], {"duration_s": 2.0})).run()
@@ -91,8 +92,8 @@ def test_machine_code_is_found_again_and_follows_its_sources(tmp_path):
     (tmp_path / "part.py").write_text(PART)
     code = """
 import sys
-from flight_graph.compiled import CompiledRun
-from flight_graph.scenario import Scenario
+from flight_graph.engines.compiled import CompiledRun
+from flight_graph.graphs.scenario import Scenario
 run = CompiledRun(Scenario({"name": "n", "title": "t", "duration_s": 0.02, "components": {
     "part": {"use": "part:Part"}}}, "n.yaml"))
 warm = run.is_compiled()
@@ -121,7 +122,7 @@ print(warm, run.module.__name__, run.run()["part/out"]["value"].tolist())
 
 PART = '''
 import physics
-from flight_graph.component import Component
+from flight_graph.components.component import Component
 from flight_graph.kernel import kernel
 from msg_schemas.qos import Role
 from msg_schemas.signal import Quantity, named_vector

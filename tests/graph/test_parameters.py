@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies
 
+from flight_graph.components.records import Array, Choice, Parameters, State, Vec3, field
 from flight_graph.errors import FlightError
-from flight_graph.records import Array, Choice, Parameters, State, Vec3, field
 
 
 class Example(Parameters):

@@ -2,10 +2,10 @@
 
 import math
 
-from flight_graph.component import Component, same_stamp
+from flight_graph.components.component import Component, same_stamp
+from flight_graph.components.records import Choice, Parameters, State, Vec3, field
 from flight_graph.kernel import kernel
 from flight_graph.noise import gaussian
-from flight_graph.records import Choice, Parameters, State, Vec3, field
 from msg_schemas.qos import Role
 from msg_schemas.signal import Quantity, Signal, named_vector
 

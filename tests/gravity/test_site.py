@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from flight_graph.errors import FlightError
-from flight_graph.scenario import load
+from flight_graph.graphs.scenario import load
 from sim_nodes.gravity.bodies import PointMass
 from sim_nodes.gravity.site import site
 

@@ -5,16 +5,17 @@ from pathlib import Path
 
 import pytest
 
-from flight_graph import handbook, runs
-from flight_graph.bag.diff import diff
-from flight_graph.scenario import load
+from flight_graph import runs
+from flight_graph.bags.diff import diff
+from flight_graph.cli import handbook
+from flight_graph.graphs.scenario import load
 
 ROOT = Path(__file__).parents[2]
 
 
 def test_the_reference_page_is_what_the_declarations_say():
     page = (ROOT / "docs/reference.md").read_text()
-    assert page == handbook.reference(), "run: python -m flight_graph.handbook docs/reference.md"
+    assert page == handbook.reference(), "run: python -m flight_graph.cli.handbook docs/reference.md"
 
 
 @pytest.mark.parametrize("page", sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")]), ids=lambda path: path.name)
@@ -35,6 +36,6 @@ def test_the_example_controller_gives_the_same_bag_in_both_engines(tmp_path):
 
 def test_the_example_controller_settles():
     scenario = load(str(ROOT / "examples/cubli_sliding.yaml"))
-    from flight_graph import metrics
+    from flight_graph.graphs import metrics
     found = metrics.compute(scenario, runs.simulate(scenario))
     assert found["settling_time_s"] < 20.0  # [s] 5 / c would be 17 s for the linear sliding motion

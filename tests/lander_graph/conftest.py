@@ -2,9 +2,9 @@
 
 import pytest
 
-from flight_graph import metrics
+from flight_graph.graphs import metrics
+from flight_graph.graphs.scenario import load
 from flight_graph.runs import simulate
-from flight_graph.scenario import load
 
 
 @pytest.fixture(scope="session")

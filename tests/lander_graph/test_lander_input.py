@@ -5,8 +5,8 @@ import math
 import pytest
 
 from flight_graph.errors import FlightError
+from flight_graph.graphs.scenario import load
 from flight_graph.runs import simulate
-from flight_graph.scenario import load
 
 
 @pytest.mark.parametrize(

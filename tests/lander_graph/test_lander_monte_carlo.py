@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from flight_graph.graphs.scenario import load
 from flight_graph.kernel import plain
-from flight_graph.scenario import load
-from flight_graph.sweep import Sweep
+from flight_graph.sweeps.sweep import Sweep
 from lander_ros.constraints import clearance
 from sim_nodes.lander_plant import LanderPlant
 from sim_nodes.lander_start import drawn, place

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from flight_graph.component import Component
+from flight_graph.components.component import Component
+from flight_graph.components.records import Array, State
 from flight_graph.errors import FlightError
+from flight_graph.graphs.scenario import load
 from flight_graph.kernel import fingerprint
-from flight_graph.records import Array, State
-from flight_graph.scenario import load
 from sim_nodes.ellipsoid_gravity import Ellipsoid, ellipsoid_gravity
 from sim_nodes.gravity import bodies, mesh
 from sim_nodes.gravity.polyhedron import evaluate

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from flight_graph import registry
+from flight_graph.components import registry
+from flight_graph.graphs.scenario import load
 from flight_graph.ros.launch_description import node_table
-from flight_graph.scenario import load
 
 FILES = sorted((Path(__file__).parents[2] / "launch").glob("*/*.launch.py"))
 

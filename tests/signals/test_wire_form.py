@@ -280,7 +280,11 @@ find = PathFinder.find_spec
 ROS = ('rclpy', 'sensor_msgs', 'geometry_msgs', 'std_msgs', 'rosgraph_msgs', 'rcl_interfaces')
 PathFinder.find_spec = lambda name, *more: None if name.split('.')[0] in ROS else find(name, *more)
 from msg_schemas import cubli
-from flight_graph import compiled, recording, registry, runs, scenario
+from flight_graph.engines import compiled
+from flight_graph.recordings import recording
+from flight_graph.components import registry
+from flight_graph import runs
+from flight_graph.graphs import scenario
 from flight_graph.cli import app
 payload, record = cubli.IMU.new()
 record['angular_velocity'][0] = 1, 2, 3

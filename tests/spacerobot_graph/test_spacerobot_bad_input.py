@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import yaml
 
-from flight_graph import source
-from flight_graph.compiled import CompiledRun
+from flight_graph.engines import source
+from flight_graph.engines.compiled import CompiledRun
 from flight_graph.errors import FlightError
-from flight_graph.scenario import Scenario, load
+from flight_graph.graphs.scenario import Scenario, load
 from msg_schemas.spacerobot import MINI
 from spacerobot_ros.adaptation_monitor import diagnostics
 

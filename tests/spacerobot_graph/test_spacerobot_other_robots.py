@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flight_graph.compiled import CompiledRun
-from flight_graph.component import Component
-from flight_graph.scenario import load
+from flight_graph.components.component import Component
+from flight_graph.engines.compiled import CompiledRun
+from flight_graph.graphs.scenario import load
 from msg_schemas.spacerobot import topics
 from sim_nodes.spacerobot_plant import plant
 from sim_nodes.spacerobot_sensors import sensors

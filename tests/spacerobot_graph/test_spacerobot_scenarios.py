@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from flight_graph.compiled import CompiledRun
-from flight_graph.metrics import compute
-from flight_graph.scenario import load
+from flight_graph.engines.compiled import CompiledRun
+from flight_graph.graphs.metrics import compute
+from flight_graph.graphs.scenario import load
 from papers.spacerobot.metrics import attitude_errors
 from spacerobot_ros.inertial_parameters import smallest_pseudo_inertia_eigenvalues
 from spacerobot_ros.model import find_model

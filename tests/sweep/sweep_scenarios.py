@@ -2,7 +2,7 @@
 
 import hashlib
 
-from flight_graph.scenario import Scenario
+from flight_graph.graphs.scenario import Scenario
 from tests.graph import toy
 
 TOPICS = ("toy/truth", "toy/imu", "toy/command", "toy/watch")

@@ -9,13 +9,13 @@ import yaml
 from typer.testing import CliRunner
 
 from flight_graph import runs
-from flight_graph import sweep as sweeps
-from flight_graph.bag.reader import read_bag
+from flight_graph.bags.reader import read_bag
 from flight_graph.cli.app import app
-from flight_graph.compiled import CompiledRun
+from flight_graph.engines.compiled import CompiledRun
 from flight_graph.errors import FlightError
-from flight_graph.recording import BagSignals
-from flight_graph.scenario import load
+from flight_graph.graphs.scenario import load
+from flight_graph.recordings.recording import BagSignals
+from flight_graph.sweeps import sweep as sweeps
 from tests.sweep.sweep_scenarios import RANDOM, digest, swept
 
 

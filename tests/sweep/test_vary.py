@@ -9,7 +9,7 @@ from hypothesis import strategies as some
 from scipy import stats
 
 from flight_graph.errors import FlightError
-from flight_graph.vary import Vary
+from flight_graph.graphs.vary import Vary
 from tests.sweep.sweep_scenarios import swept
 
 

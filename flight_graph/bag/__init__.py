@@ -1,5 +1,0 @@
-"""Bags: runs recorded as rosbag2 folders with MCAP files; written crash-safe, read as NumPy arrays, compared, exported.
-
-    from flight_graph.bag.writer import BagWriter
-    from flight_graph.bag.reader import read_bag
-"""

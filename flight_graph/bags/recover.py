@@ -1,0 +1,207 @@
+"""Making a valid bag of a truncated, corrupted or unfinished one.
+
+What is saved: every message of a chunk whose checksum holds, the messages of the open chunk (file RECORDING), and the
+attachments whose checksum holds. Metadata records carry no checksum in MCAP and are kept as they are found.
+"""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import yaml
+
+from flight_graph.bags.description import FILE_NAME, from_yaml, read_description
+from flight_graph.bags.errors import BagError
+from flight_graph.bags.journal import is_live, read_journal
+from flight_graph.bags.mcap_file import LIBRARY
+from flight_graph.bags.mcap_records import Damage
+from flight_graph.bags.salvage import Salvage, salvage_file
+from flight_graph.bags.verify import map_file
+from flight_graph.bags.writer import BagWriter
+from msg_schemas.definitions import TYPESTORE, Definition, definition
+
+
+@dataclass(frozen=True)
+class TopicRecovery:
+    """Messages of a topic: saved, and lost as far as it can be known (None: unknown, or more may have followed)."""
+
+    saved: int
+    lost: int | None
+
+
+@dataclass(frozen=True)
+class Gap:
+    """A stretch of stamps [ns] that lost messages, from the last message before it to the first behind it.
+
+    None: there is no such message, and the length is unknown.
+    """
+
+    start_ns: int | None
+    end_ns: int | None
+
+    @property
+    def seconds(self) -> float | None:
+        return None if None in (self.start_ns, self.end_ns) else (self.end_ns - self.start_ns) / 1e9
+
+    def __str__(self):
+        place = "at the beginning" if self.start_ns is None else f"after {self.start_ns / 1e9:.9f} s"
+        return f"lost {place}: " + ("how much cannot be known" if self.seconds is None else f"{self.seconds:.9f} s")
+
+
+@dataclass
+class RecoveryReport:
+    """What `recover` did."""
+
+    source: Path
+    folder: Path
+    topics: dict = field(default_factory=dict)
+    gaps: list = field(default_factory=list)
+    attachments: list = field(default_factory=list)
+    metadata: list = field(default_factory=list)
+    remarks: list = field(default_factory=list)
+
+    @property
+    def seconds_lost(self) -> float | None:
+        """Stamps [s] between the last message before and the first after each gap; None where an end is unknown."""
+        if any(gap.seconds is None for gap in self.gaps):
+            return None
+        return sum(gap.seconds for gap in self.gaps)
+
+    def __str__(self):
+        lines = [f"{name}: {topic.saved} messages saved" + (f", {topic.lost} lost" if topic.lost else "")
+                 for name, topic in self.topics.items()]
+        lines += [str(gap) for gap in self.gaps]
+        lines += [f"{len(self.attachments)} attachments and {len(self.metadata)} metadata records kept"] + self.remarks
+        return "\n".join(lines)
+
+
+def recover(path, out) -> RecoveryReport:
+    """Write what is intact in the bag ``path`` (folder or .mcap file) as a new bag folder ``out``. Raises BagError."""
+    path = Path(path)
+    report = RecoveryReport(path, Path(out))
+    try:
+        parts = _salvage_all(path)
+    except OSError as error:
+        raise BagError(f"bag '{path}' cannot be read: {(error.strerror or str(error)).lower()}") from error
+    if not any(part.channels for part in parts):
+        raise BagError(f"nothing can be saved of '{path}': no topic is left whose declaration is intact")
+    for part in parts:
+        report.remarks += part.remarks
+    with BagWriter(out) as writer:
+        topics = _add_topics(writer, parts, report)
+        for part in parts:
+            _write_messages(writer, part, topics, report)
+            for record in part.attachments:
+                writer.attach(record.name, record.media_type, record.data)
+                report.attachments.append(record.name)
+            for record in part.metadata:
+                if record.name != "rosbag2":
+                    writer.metadata(record.name, record.metadata)
+                    report.metadata.append(record.name)
+        _count(report, parts, topics)
+        writer.metadata("recovered", {"source": path.name, "report": str(report)})
+    return report
+
+
+def _salvage_all(path):
+    if not path.is_dir():
+        return [salvage_file(_map(path), path.name)]
+    if is_live(path):
+        raise BagError(f"bag '{path}' is still being recorded; stop the recorder first")
+    files = sorted([*path.glob("*.mcap"), *path.glob("*.mcap.zstd")], key=lambda file: (len(file.name), file.name))
+    if (path / FILE_NAME).exists():
+        try:
+            named = [path / Path(str(name)).name for name in read_description(path)["relative_file_paths"]]
+            files = [file for file in named if file in files] + [file for file in files if file not in named]
+        except ValueError:
+            pass
+    if not files:
+        raise BagError(f"'{path}' holds no .mcap file")
+    parts = [salvage_file(_map(file), file.name) for file in files]
+    ordinal, content = read_journal(path)
+    if ordinal >= parts[-1].chunks:
+        parts[-1].add_last(content)
+    return parts
+
+
+def _map(file):
+    try:
+        return map_file(file)
+    except Damage as damage:
+        raise BagError(f"nothing can be saved: {damage}") from None
+
+
+def _add_topics(writer, parts, report):
+    """Declare the topics; return name -> topic. A declaration without checksum is believed, and said to be so."""
+    topics = {}
+    for part in parts:
+        schemas = part.schemas
+        for _, channel in sorted(part.channels.items()):
+            schema = schemas.get(channel.schema_id)
+            if channel.topic in topics:
+                continue
+            if schema is None:
+                report.remarks.append(f"topic '{channel.topic}': its definition is lost, and so are its messages")
+                continue
+            message = Definition(schema.name, schema.data.decode(errors="replace"),
+                                 channel.metadata.get("topic_type_hash", ""), ())
+            standard = schema.name in TYPESTORE.fielddefs and definition(schema.name).text == message.text
+            if not standard and not _trusted(part, channel, schema) and part.corrupted:
+                report.remarks.append(f"topic '{channel.topic}': no checksum covers its declaration")
+            topics[channel.topic] = writer.add_topic(
+                channel.topic, schema.name, _qos_text(channel, report), message, schema.encoding)
+    return topics
+
+
+def _qos_text(channel, report):
+    text = channel.metadata.get("offered_qos_profiles", "")
+    try:
+        if isinstance(from_yaml(text) or [], list):
+            return text
+    except (yaml.YAMLError, ValueError):
+        pass
+    report.remarks.append(f"topic '{channel.topic}': its quality of service is lost")
+    return ""
+
+
+def _trusted(part: Salvage, channel, schema):
+    return part.declared[type(channel), channel.id][0] and part.declared[type(schema), schema.id][0]
+
+
+def _write_messages(writer, part, topics, report):
+    names = {number: channel.topic for number, channel in part.channels.items() if channel.topic in topics}
+    statistics = part.statistics
+    last_ns = statistics.message_start_time if statistics is not None else None
+    in_gap = False
+    for block in part.blocks:
+        if block is None:
+            in_gap = True
+            continue
+        if in_gap:
+            first_ns = int(block.log_time.min())
+            report.gaps.append(Gap(last_ns if last_ns is None else min(last_ns, first_ns), first_ns))
+            in_gap = False
+        rows = zip(*(getattr(block, name).tolist() for name in
+                     ("channel", "sequence", "log_time", "publish_time", "start", "stop")))
+        for channel, sequence, log_time, publish_time, start, stop in rows:
+            if channel in names:
+                writer.write_sequenced(
+                    topics[names[channel]], sequence, log_time, publish_time, block.content[start:stop])
+        last_ns = max(last_ns or 0, int(block.log_time.max()))
+    if in_gap:
+        report.gaps.append(Gap(last_ns, max(last_ns, statistics.message_end_time) if statistics is not None else None))
+
+
+def _count(report, parts, topics):
+    for name, topic in topics.items():
+        expected, known = 0, True
+        for part in parts:
+            numbers = [number for number, channel in part.channels.items() if channel.topic == name]
+            if part.statistics is not None:
+                expected += sum(part.statistics.channel_message_counts.get(number, 0) for number in numbers)
+            elif part.library == LIBRARY:
+                expected += 1 + max((int(block.sequence[block.channel == number].max()) for number in numbers
+                                     for block in part.blocks
+                                     if block is not None and (block.channel == number).any()), default=-1)
+            else:
+                known = False
+        report.topics[name] = TopicRecovery(topic.count, max(0, expected - topic.count) if known else None)

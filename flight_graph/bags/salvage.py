@@ -1,0 +1,230 @@
+"""What can still be trusted in a damaged MCAP file: whole chunks whose checksum holds, and declarations that agree.
+
+Chunks are found by walking over the records; where a record is broken the walk goes on at the next chunk, message
+index, attachment, metadata record or end of data whose own lengths fit together.
+"""
+
+import zlib
+from dataclasses import dataclass, field
+
+import numpy as np
+from mcap import records
+
+from flight_graph.bags.byte_kernels import MESSAGE, MESSAGE_HEAD
+from flight_graph.bags.mcap_file import LIBRARY, MAGIC
+from flight_graph.bags.mcap_records import (
+    ChunkRecord,
+    Damage,
+    Opcode,
+    attachment_checked,
+    list_records,
+    message_field,
+    parse,
+)
+
+_DECLARATIONS = {Opcode.SCHEMA: records.Schema, Opcode.CHANNEL: records.Channel}
+_RESUME = (Opcode.CHUNK, Opcode.MESSAGE_INDEX, Opcode.ATTACHMENT, Opcode.METADATA, Opcode.DATA_END)
+_SKIPPED = (Opcode.MESSAGE_INDEX, Opcode.DATA_END)
+
+
+@dataclass
+class Block:
+    """Messages that stood together. content: their bytes; the rest (n,): payload bounds, channel, sequence, times."""
+
+    content: bytes
+    start: np.ndarray
+    stop: np.ndarray
+    channel: np.ndarray
+    sequence: np.ndarray
+    log_time: np.ndarray
+    publish_time: np.ndarray
+
+
+@dataclass
+class Salvage:
+    """What a file still holds, in order. ``blocks`` has None where messages may be missing."""
+
+    library: str = ""
+    blocks: list = field(default_factory=list)
+    attachments: list = field(default_factory=list)
+    metadata: list = field(default_factory=list)
+    declared: dict = field(default_factory=dict)  # (record class, id) -> (trusted, record)
+    statistics: records.Statistics | None = None
+    chunks: int = 0  # whole chunk records seen, sound or not
+    remarks: list = field(default_factory=list)
+    corrupted: bool = False  # bytes differ from what was written; False where the file only ends early
+
+    @property
+    def schemas(self) -> dict:
+        return {key: record for (kind, key), (_, record) in self.declared.items() if kind is records.Schema}
+
+    @property
+    def channels(self) -> dict:
+        return {key: record for (kind, key), (_, record) in self.declared.items() if kind is records.Channel}
+
+    def declare(self, kind, content: bytes, trusted: bool) -> None:
+        """Note a schema or channel; a copy under a checksum beats one without."""
+        try:
+            record = parse(kind, content)
+        except Damage as damage:
+            self.lose(str(damage))
+            return
+        before = self.declared.get((kind, record.id))
+        if before is None or (trusted and not before[0]):
+            self.declared[kind, record.id] = (trusted, record)
+
+    def lose(self, remark: str, corrupted: bool = True) -> None:
+        """Note that something is missing here."""
+        self.remarks.append(remark)
+        self.corrupted |= corrupted
+        if not self.blocks or self.blocks[-1] is not None:
+            self.blocks.append(None)
+
+    def add_last(self, content: bytes) -> None:
+        """Take the records of the chunk that was open; what came behind them is lost."""
+        if self.blocks and self.blocks[-1] is None:
+            self.blocks.pop()
+        self.add_records(content, trusted=True)
+        self.blocks.append(None)
+
+    def add_records(self, content: bytes, trusted: bool) -> None:
+        """Take the messages and declarations of a chunk's content, up to the last whole record."""
+        data = np.frombuffer(content, np.uint8)
+        opcodes, starts, stops, end = list_records(data, 0, len(data))
+        for i in np.flatnonzero(np.isin(opcodes, list(_DECLARATIONS))):
+            self.declare(_DECLARATIONS[opcodes[i]], content[starts[i]:stops[i]], trusted)
+        chosen = (opcodes == MESSAGE) & (stops - starts >= MESSAGE_HEAD)
+        if chosen.any():
+            heads = {name: message_field(data, starts[chosen], name)
+                     for name in ("channel", "sequence", "log_time", "publish_time")}
+            self.blocks.append(Block(content, starts[chosen] + MESSAGE_HEAD, stops[chosen], **heads))
+
+
+def salvage_file(data: np.ndarray, name: str) -> Salvage:
+    """Read what is left of a file (uint8); remarks call it ``name``."""
+    found = Salvage()
+    _read_summary(found, data)
+    position = len(MAGIC)
+    if data[:len(MAGIC)].tobytes() != MAGIC:
+        found.lose(f"{name}: its beginning is damaged")
+    while position + 9 <= len(data):
+        stop = _take_record(found, data, position)
+        if stop is None:
+            resumed = _resume(data, position + 1)
+            if resumed == len(data):
+                break
+            found.lose(f"{name}: damage at byte {position}")
+            position = resumed
+        elif data[position] == Opcode.DATA_END:
+            return found
+        else:
+            position = stop
+    found.lose(f"{name} is cut off at byte {position}", corrupted=False)
+    return found
+
+
+def _take_record(found, data, position):
+    """Take the record at ``position``; return where it ends, or None where there is no sound record."""
+    opcode = int(data[position])
+    start = position + 9
+    stop = start + int.from_bytes(data[position + 1:start].tobytes(), "little")
+    if stop > len(data):
+        if opcode == Opcode.CHUNK:
+            _take_cut_chunk(found, data, start)
+        return None
+    if opcode == Opcode.CHUNK:
+        return _take_chunk(found, data, start, stop)
+    content = data[start:stop].tobytes()
+    try:
+        if opcode in _DECLARATIONS:
+            parse(_DECLARATIONS[opcode], content)
+            found.declare(_DECLARATIONS[opcode], content, trusted=False)
+        elif opcode == Opcode.HEADER:
+            found.library = parse(records.Header, content).library
+        elif opcode == MESSAGE and len(content) >= MESSAGE_HEAD and found.library != LIBRARY:  # ours are all in chunks
+            found.add_records(data[position:stop].tobytes(), trusted=False)
+        elif opcode == Opcode.ATTACHMENT:
+            record = parse(records.Attachment, content)
+            if attachment_checked(content) or content[-4:] == b"\0\0\0\0":
+                found.attachments.append(record)
+            else:
+                found.corrupted = True
+                found.remarks.append(f"attachment '{record.name}' fails its checksum and is dropped")
+        elif opcode == Opcode.METADATA:
+            found.metadata.append(parse(records.Metadata, content))
+        elif not (opcode in _SKIPPED and _fits(data, position)):
+            return None
+    except Damage:
+        return None
+    return stop
+
+
+def _take_chunk(found, data, start, stop):
+    try:
+        chunk = ChunkRecord(data, start, stop)
+    except Damage:
+        return None
+    found.chunks += 1
+    try:
+        found.add_records(chunk.content(), trusted=chunk.crc != 0)
+    except Damage as damage:
+        found.lose(str(damage))
+    return stop
+
+
+def _take_cut_chunk(found, data, start):
+    """An uncompressed chunk that the end of the file cuts: its whole records are still there."""
+    head = data[start:start + 40].tobytes()
+    if len(head) == 40 and head[28:32] == bytes(4) and int.from_bytes(head[32:], "little") > len(data) - start - 40:
+        found.add_records(data[start + 40:].tobytes(), trusted=False)
+
+
+def _fits(data, position):
+    """Whether the record at ``position`` is one after which the walk can go on: its own lengths must agree."""
+    opcode, start = int(data[position]), position + 9
+    length = int.from_bytes(data[position + 1:start].tobytes(), "little")
+    stop = start + length
+    if stop > len(data):
+        return False
+    if opcode == Opcode.MESSAGE_INDEX:
+        return length >= 6 and int.from_bytes(data[start + 2:start + 6].tobytes(), "little") == length - 6
+    if opcode == Opcode.DATA_END:
+        return length == 4
+    try:
+        if opcode == Opcode.CHUNK:
+            return ChunkRecord(data, start, stop).compression in ("", "lz4", "zstd")
+        if opcode == Opcode.ATTACHMENT:
+            return attachment_checked(data[start:stop].tobytes())
+        parse(records.Metadata, data[start:stop].tobytes())
+    except Damage:
+        return False
+    return length > 8
+
+
+def _resume(data, position):
+    """Return the next place from ``position`` on where the walk can go on, or the end of the file."""
+    for begin in range(position, len(data) - 9, 1 << 20):
+        part = data[begin:begin + (1 << 20) + 8]
+        likely = np.flatnonzero(np.isin(part[:-8], _RESUME) & (part[8:] == 0) & (part[7:-1] == 0) & (part[6:-2] == 0))
+        for candidate in likely.tolist():
+            if _fits(data, begin + candidate):
+                return begin + candidate
+    return len(data)
+
+
+def _read_summary(found, data):
+    """Take schemas, channels and counts from the summary, where its checksum holds."""
+    tail = data[-37:].tobytes()
+    if len(data) < 45 or tail[-8:] != MAGIC or tail[:9] != bytes([Opcode.FOOTER, 20]) + bytes(7):
+        return
+    footer = parse(records.Footer, tail[9:29])
+    if not 0 < footer.summary_start <= len(data) - 37 or not footer.summary_crc:
+        return
+    if zlib.crc32(data[footer.summary_start:len(data) - 12]) != footer.summary_crc:
+        return
+    opcodes, starts, stops, _ = list_records(data, footer.summary_start, len(data) - 37)
+    for opcode, start, stop in zip(opcodes, starts, stops):
+        if opcode in _DECLARATIONS:
+            found.declare(_DECLARATIONS[opcode], data[start:stop].tobytes(), trusted=True)
+        elif opcode == Opcode.STATISTICS:
+            found.statistics = parse(records.Statistics, data[start:stop].tobytes())

@@ -1,0 +1,1 @@
+"""Claims: what a paper states, recomputed from runs and judged."""

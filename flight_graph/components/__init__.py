@@ -1,0 +1,1 @@
+"""Components: what they declare (records, ports, parameters), and where they are found."""

@@ -1,0 +1,128 @@
+"""What a component is: a kernel over records, and the declarations a person and an executor need.
+
+A component is a class that is never instantiated. One of two forms:
+
+* ``kernel(t_ns, parameters, state, *inputs, *outputs)``: outputs at t depend on inputs at t (an estimator, a controller);
+* ``output(t_ns, parameters, state, *outputs)`` and ``update(t_ns, parameters, state, *inputs)``: outputs at t depend on
+  the state alone (a plant); ``update`` moves the state from t to t + period with the inputs of t held.
+
+``start(parameters, state)`` prepares the state once. ``t_ns`` counts from the epoch of the run. The executor stamps every
+output before the kernel runs, so ``same_stamp(input.header.stamp, output.header.stamp)`` tells whether an input is new.
+An input that never arrived is zero, stamp included.
+"""
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+
+from flight_graph.components.records import Parameters, State
+from flight_graph.kernel import kernel as _kernel
+from msg_schemas.qos import Role
+from msg_schemas.signal import Signal
+
+
+@_kernel
+def same_stamp(a, b):
+    """True when two stamps are equal."""
+    return a.sec == b.sec and a.nanosec == b.nanosec
+
+
+@dataclass(frozen=True)
+class Formatted:
+    """A message without a fixed layout, made from an output's record by one function for every executor.
+
+    function(record) takes the output's record (fields by attribute) and returns the message as an object of the type store
+    (msg_schemas.definitions.TYPESTORE).
+    """
+
+    topic: str
+    type_name: str
+    port: str
+    function: Callable
+    role: Role = Role.DIAGNOSTICS
+
+
+class Component:
+    """Base of all components; see the module's text."""
+
+    parameters: ClassVar[type[Parameters]] = Parameters
+    state: ClassVar[type[State]] = State
+    inputs: ClassVar[dict[str, Signal]] = {}
+    outputs: ClassVar[dict[str, Signal]] = {}
+    rate_hz: ClassVar[float] = 100.0
+    output_rate_hz: ClassVar[dict[str, float]] = {}  # outputs slower than the component
+    formatted: ClassVar[tuple[Formatted, ...]] = ()
+    faults: ClassVar[dict[int, str]] = {}  # state.fault -> sentence; {name} takes parameters and state entries
+    optional_inputs: ClassVar[tuple[str, ...]] = ()  # may stay unconnected (they read zero)
+    tolerates_nonfinite: ClassVar[tuple[str, ...]] = ()  # inputs whose NaN the kernel handles itself
+    start = None
+    kernel = None
+    output = None
+    update = None
+
+    def __init_subclass__(cls):
+        if (cls.kernel is None) == (cls.output is None and cls.update is None):
+            raise TypeError(f"{cls.__name__} needs either a kernel, or an output and an update")
+        for port in cls.output_rate_hz:
+            if port not in cls.outputs:
+                raise TypeError(f"{cls.__name__}.output_rate_hz names '{port}', which is no output")
+        both = set(cls.inputs) & set(cls.outputs)
+        if both:
+            raise TypeError(f"{cls.__name__}: {sorted(both)} are inputs and outputs at once")
+
+    @classmethod
+    def kernels(cls) -> list:
+        """The compiled functions of this component."""
+        return [function for function in (cls.start, cls.kernel, cls.output, cls.update) if function is not None]
+
+    @classmethod
+    def summary(cls) -> str:
+        """First line of the docstring."""
+        text = (cls.__doc__ or sys.modules[cls.__module__].__doc__ or "").strip()
+        return text.splitlines()[0] if text else ""
+
+    @classmethod
+    def resolve(cls, values: dict, where: str, folder: Path | None = None) -> dict:
+        """Parameters that follow from others: return the values to run with, by default as they are. Raises FlightError.
+
+        Called once before a run, after each value was checked by itself and before `check`. What it computes (a site's
+        gravity from its latitude) is written into the bag, so it must come out the same when done again on its result.
+        folder: where a relative file name starts.
+        """
+        return values
+
+    @classmethod
+    def tables(cls, values: dict) -> dict[str, np.ndarray]:
+        """State entries that are filled before `start` from the resolved parameters: name -> array of its shape.
+
+        Plain Python, run by every executor: for what a parameter cannot hold, as the mesh of a body. An entry has a
+        fixed capacity; how much of it is used is an entry of its own. A parameter set later does not change them.
+        """
+        return {}
+
+    @classmethod
+    def initial_state(cls, values: dict) -> np.ndarray:
+        """A fresh state record (1,) with the tables of these parameters."""
+        record = cls.state.record()
+        for name, table in cls.tables(values).items():
+            if np.shape(table) != record[name].shape[1:]:
+                raise TypeError(f"{cls.__name__}.tables: {name} has the shape {np.shape(table)}, "
+                                f"the state's entry {record[name].shape[1:]}")
+            record[name][0] = table
+        return record
+
+    @classmethod
+    def warnings(cls, values: dict, period_s: float) -> list[str]:
+        """Sentences about parameters that are allowed, but with which trouble must be expected; with the numbers.
+
+        period_s: the component's own period. `flight run` shows them, and the bag carries them.
+        """
+        return []
+
+    @classmethod
+    def check(cls, values: dict, where: str) -> None:
+        """Check parameters against each other; raise FlightError. Override where ranges alone do not say it all."""

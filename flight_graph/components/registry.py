@@ -1,0 +1,93 @@
+"""Where components are found: the executables of the installed packages, and a user's own file.
+
+A component is named ``package/executable`` (``cubli_ros/appc_controller``), ``module:Class``, or ``path/file.py:Class``.
+"""
+
+import importlib
+import importlib.util
+import sys
+from pathlib import Path
+
+from flight_graph.components.component import Component
+from flight_graph.errors import FlightError, unknown
+
+PACKAGES = ("cubli_ros", "spacerobot_ros", "lander_ros", "sim_nodes")
+
+
+def executables(package: str) -> dict[str, str]:
+    """The executables of a package: name -> ``module:attribute``."""
+    if package not in PACKAGES:
+        raise unknown("package", package, PACKAGES)
+    return importlib.import_module(f"{package}.nodes").EXECUTABLES
+
+
+def absolute(name: str, folder: Path | None) -> str:
+    """``name`` with a relative ``path/file.py:Class`` made absolute; it starts in ``folder`` (the scenario's)."""
+    source, _, attribute = name.rpartition(":")
+    if not source.endswith(".py"):
+        return name
+    return f"{((folder or Path()) / source).resolve()}:{attribute}"
+
+
+def component(name: str) -> type[Component]:
+    """Return the component class called ``name``. Raises FlightError with the nearest names."""
+    if ":" in name:
+        source, _, attribute = name.rpartition(":")
+        module = _file_module(source) if source.endswith(".py") else _module(source, name)
+        if not hasattr(module, attribute):
+            classes = [key for key, value in vars(module).items() if _is_component(value)]
+            raise unknown("component", attribute, classes, source)
+        found = getattr(module, attribute)
+    else:
+        package, _, executable = name.partition("/")
+        if not executable:
+            raise FlightError(f"'{name}' names no component; write package/executable, module:Class or file.py:Class")
+        table = executables(package)
+        if executable not in table:
+            raise unknown("executable", executable, table, package)
+        source, _, attribute = table[executable].partition(":")
+        found = getattr(importlib.import_module(source), attribute)
+    if not _is_component(found):
+        raise FlightError(f"'{name}' is not a component (a subclass of flight_graph.components.component.Component)")
+    return found
+
+
+def components() -> dict[str, type[Component]]:
+    """All components of the installed packages by ``package/executable``."""
+    found = {}
+    for package in PACKAGES:
+        for executable, target in executables(package).items():
+            source, _, attribute = target.partition(":")
+            if source.startswith("flight_graph."):
+                continue  # a program of this package, which may need rclpy
+            value = getattr(importlib.import_module(source), attribute)
+            if _is_component(value):
+                found[f"{package}/{executable}"] = value
+    return found
+
+
+def _is_component(value) -> bool:
+    return isinstance(value, type) and issubclass(value, Component) and value is not Component
+
+
+def _module(source, name):
+    try:
+        return importlib.import_module(source)
+    except ModuleNotFoundError as error:
+        raise FlightError(f"'{name}': there is no module '{error.name}'") from None
+
+
+def _file_module(source):
+    path = Path(source).resolve()
+    if not path.is_file():
+        raise FlightError(f"there is no file '{path}'")
+    for module in list(sys.modules.values()):
+        if getattr(module, "__file__", None) == str(path):
+            return module
+    if path.stem in sys.modules:
+        raise FlightError(f"{path}: a module called '{path.stem}' is loaded already; rename the file")
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[path.stem] = module
+    spec.loader.exec_module(module)
+    return module

@@ -1,0 +1,1 @@
+"""Engines in this process: the compiled loop and its plain-Python form."""

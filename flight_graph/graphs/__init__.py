@@ -1,0 +1,1 @@
+"""Graphs and scenarios: which components run when, wired how, with which parameters."""

@@ -1,0 +1,265 @@
+"""Scenarios: one YAML file says the graph, the parameters, the seed, the duration, what to record and what to judge.
+
+    name: cubli_asteroid
+    title: Cubli rover balancing on an asteroid
+    duration_s: 60
+    seed: 1
+    components:
+      plant: {use: sim_nodes/cubli_plant, rate_hz: 100, parameters: {gravity_sign: 1}}
+      controller: {use: cubli_ros/appc_controller}
+    connect:
+      controller.attitude: plant.attitude               # or {from: plant.attitude, delay: 1}
+    record: {max_rate_hz: 1000}
+    metrics: papers.appc.metrics:compute
+    vary: {grid: {controller.rate_hz: [20, 50, 100]}}   # what `flight sweep` varies, see `flight_graph.graphs.vary`
+
+A parameter may follow from another component's: ``gravity: "= plant.gravity"`` (`flight_graph.graphs.expressions`).
+It is validated as a whole before anything runs; an error names the file and the key.
+"""
+
+import re
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from flight_graph.components import registry
+from flight_graph.errors import FlightError, unknown
+from flight_graph.graphs import expressions
+from flight_graph.graphs.graph import Edge, Graph, Node
+from flight_graph.graphs.scenario_file import EdgeEntry, ScenarioFile
+from flight_graph.graphs.vary import Vary
+from flight_graph.noise import stream_key
+from flight_graph.timebase import SECOND, duration_ns, period_ns
+
+_TAKEN = ("recorder", "replayer")
+
+
+class Scenario:
+    """A validated scenario: the file's data with overrides applied, and the graph it stands for.
+
+    Raises FlightError on anything that is wrong, before anything runs.
+    """
+
+    def __init__(self, data: dict, origin: str, folder: Path | None = None):
+        self.origin, self.folder = origin, folder
+        self.file = ScenarioFile.read(data, origin)
+        self._check_names()
+        self.duration_ns = duration_ns(self.file.duration_s, f"{origin}: duration_s")
+        self.epoch_ns = self.file.epoch_ns
+        if self.epoch_ns <= 0 or (self.epoch_ns + self.duration_ns) >= 2**31 * 10**9:
+            raise FlightError(f"{origin}: epoch_ns: {self.epoch_ns} is not allowed; allowed: a stamp after 1970 whose "
+                              "seconds fit 31 bits at the end of the run (ROS reads zero as 'no clock')")
+        nodes = self._nodes()
+        base = None
+        if self.file.base_rate_hz is not None:
+            base = period_ns(self.file.base_rate_hz, f"{origin}: base_rate_hz")
+        try:
+            self.graph = Graph(nodes, self._connections(), base)
+            for node in nodes:
+                for port in node.component.outputs:
+                    node.output_period_ns(port)
+        except FlightError as error:
+            raise FlightError(f"{origin}: {error}") from None
+        self._check_recorded_topics()
+        self.vary = None
+        if self.file.vary is not None:
+            self.vary = Vary(self.file.vary, origin)
+            self.vary.check({node.name: node.component for node in nodes})
+
+    @property
+    def name(self) -> str:
+        return self.file.name
+
+    @property
+    def seed(self) -> int:
+        return self.file.seed
+
+    def warnings(self) -> list[str]:
+        """What the components say of their parameters, each behind the component's name."""
+        return [f"{name}: {sentence}" for name, node in self.graph.nodes.items()
+                for sentence in node.component.warnings(node.values, node.period_ns / SECOND)]
+
+    def resolved(self) -> dict:
+        """The scenario with every parameter and rate written out: what a bag carries and can be run from."""
+        data = self.file.model_dump(by_alias=True, exclude_none=True, exclude={"vary"})
+        for name, node in self.graph.nodes.items():
+            data["components"][name] = {"use": node.use, "rate_hz": node.rate_hz, "parameters": dict(node.values)}
+        data["connect"] = {
+            f"{node.name}.{port}": {"from": f"{edge.node}.{edge.port}", "delay": edge.delay}
+            for node in self.graph.nodes.values() for port, edge in node.inputs.items()}
+        return data
+
+    def recorded(self) -> dict[tuple[str, str], int]:
+        """(node, port) -> every how manieth message is recorded, in the order of the graph's steps."""
+        wanted = self.file.record.topics
+        names = [step.node for step in self.graph.order if step.part != "update"]
+        plan = {}
+        for name in names:
+            node = self.graph.nodes[name]
+            for port, signal in node.component.outputs.items():
+                if wanted is not None and signal.topic not in wanted:
+                    continue
+                every = 1
+                if self.file.record.max_rate_hz:
+                    rate = 1e9 / node.output_period_ns(port)
+                    every = max(1, -(-int(round(rate * 1e6)) // int(round(self.file.record.max_rate_hz * 1e6))))
+                plan[name, port] = every
+        return plan
+
+    def _nodes(self):
+        """The nodes in the order of the file; one that reads another's parameters is made after it."""
+        made, waiting = {}, dict(self.file.components)
+        while waiting:
+            known = {name: node.values for name, node in made.items()}
+            ready = [name for name, entry in waiting.items() if not self._read_by(name, entry) & waiting.keys()]
+            if not ready:
+                raise FlightError(f"{self.origin}: components: {' and '.join(waiting)} take parameters from each other "
+                                  "(or from themselves) in a circle")
+            for name in ready:
+                made[name] = self._node(name, waiting.pop(name), known)
+        return [made[name] for name in self.file.components]
+
+    def _read_by(self, name, entry):
+        """Names of the components whose parameters an entry reads."""
+        read = set()
+        for key, value in entry.parameters.items():
+            if expressions.is_expression(value):
+                where = f"{self.origin}: components.{name}.parameters.{key}"
+                for other in expressions.references(value, where):
+                    if other not in self.file.components:
+                        raise unknown("component", other, self.file.components, where)
+                    read.add(other)
+        return read
+
+    def _node(self, name, entry, known):
+        where = f"{self.origin}: components.{name}"
+        given = {key: expressions.evaluate(value, known, f"{where}.parameters.{key}")
+                 if expressions.is_expression(value) else value for key, value in entry.parameters.items()}
+        try:
+            use = registry.absolute(entry.use, self.folder)
+            component = registry.component(use)
+        except FlightError as error:
+            raise FlightError(f"{where}.use: {error}") from None
+        values = component.parameters.defaults()
+        if "seed" in component.parameters.entries:
+            values["seed"] = stream_key(self.file.seed, name)
+        values.update(component.parameters.validate(given, f"{where}.parameters"))
+        values = component.resolve(values, f"{where}.parameters", self.folder)
+        component.check(values, where)
+        rate = component.rate_hz if entry.rate_hz is None else entry.rate_hz
+        return Node(name, use, component, values, rate)
+
+    def _connections(self):
+        connections = {}
+        for target, source in self.file.connect.items():
+            delay = 0
+            if isinstance(source, EdgeEntry):
+                source, delay = source.source, source.delay
+            for text in (target, source):
+                if text.count(".") != 1:
+                    raise FlightError(f"connect: '{text}' is not of the form component.port")
+            connections[tuple(target.split("."))] = Edge(*source.split("."), delay)
+        return connections
+
+    def _check_names(self):
+        if not self.file.components:
+            raise FlightError(f"{self.origin}: components: there is none; a graph has at least one")
+        for name in self.file.components:
+            if not re.fullmatch("[A-Za-z][A-Za-z0-9_]*", name):
+                raise FlightError(f"{self.origin}: components.{name}: this is no name of a node; allowed: a letter, then "
+                                  "letters, digits and underscores")
+            if name in _TAKEN:
+                raise FlightError(
+                    f"{self.origin}: components.{name}: this name is taken by a node of every run; take another")
+
+    def _check_recorded_topics(self):
+        topics = [signal.topic for _, _, signal in self.graph.outputs()]
+        for topic in self.file.record.topics or []:
+            if topic not in topics:
+                raise unknown("topic", topic, topics, f"{self.origin}: record.topics")
+
+
+def available() -> dict[str, Path]:
+    """Names of the scenarios that come with the packages, and their files."""
+    folder = Path(str(resources.files("scenarios")))
+    return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
+
+
+def load(name_or_path: str, overrides: dict[str, Any] | None = None, case: int | None = None) -> Scenario:
+    """Read, override and validate a scenario.
+
+    name_or_path: the name of one that comes with the packages, or a YAML file.
+    overrides: ``component.parameter`` -> value, ``component.rate_hz`` -> value, or a top-level key -> value.
+    case: number of a case of its ``vary`` block, whose values come on top.
+    """
+    scenario = Scenario(*read(name_or_path, overrides))
+    return scenario if case is None else vary_case(scenario, case, overrides)
+
+
+def vary_case(scenario: Scenario, case: int, overrides: dict[str, Any] | None = None) -> Scenario:
+    """The scenario of case number ``case``. overrides: what was set by hand, which must not be varied as well."""
+    if scenario.vary is None:
+        raise FlightError(f"{scenario.origin}: it has no 'vary' block, so it has no case {case}")
+    values = scenario.vary.overrides(case)
+    for key in values:
+        if key in (overrides or {}):
+            raise FlightError(f"{scenario.origin}: '{key}' is varied; it cannot be set to {overrides[key]!r} as well")
+    data = scenario.file.model_dump(by_alias=True, exclude={"vary"})
+    return Scenario(override(data, values, f"vary, case {case}", scenario.folder), scenario.origin, scenario.folder)
+
+
+def read(name_or_path: str, overrides: dict[str, Any] | None = None) -> tuple[dict, str, Path]:
+    """A scenario's data with overrides applied, the name of its file for error texts, and its folder."""
+    path = Path(name_or_path)
+    if path.suffix not in (".yaml", ".yml"):
+        known = available()
+        if name_or_path not in known:
+            raise unknown("scenario", name_or_path, known)
+        path = known[name_or_path]
+    elif not path.is_file():
+        raise FlightError(f"there is no scenario file '{path}'")
+    try:
+        data = yaml.safe_load(path.read_text())
+    except yaml.YAMLError as error:
+        raise FlightError(f"{path}: this is no YAML: {' '.join(str(error).split())}") from None
+    if not isinstance(data, dict):
+        raise FlightError(f"{path}: a scenario is a mapping of keys (name, title, duration_s, components, ...)")
+    return override(data, overrides or {}, folder=path.parent), str(path.name), path.parent
+
+
+def override(data: dict, overrides: dict[str, Any], origin: str = "--set", folder: Path | None = None) -> dict:
+    """Return a copy of a scenario's data with ``component.parameter`` (or ``.rate_hz``) and top-level keys replaced.
+
+    ``component.use`` puts another component in the place: it keeps those of the file's parameters that it has itself
+    (the file wrote them for the one that left), and everything else that is overridden.
+    origin: where the overrides come from, for error texts. folder: where a relative component file starts.
+    """
+    components = data.get("components") or {}
+    if not isinstance(components, dict) or not all(isinstance(entry or {}, dict) for entry in components.values()):
+        return data  # the validation names the key
+    data = {**data, "components": {name: dict(entry or {}) for name, entry in components.items()}}
+    for key in sorted(overrides, key=lambda key: not key.endswith(".use")):
+        value = overrides[key]
+        component, _, parameter = key.partition(".")
+        if not parameter:
+            if key not in ScenarioFile.model_fields or key in ("components", "connect"):
+                raise FlightError(f"{origin} {key}: write component.parameter=value")
+            data[key] = value
+            continue
+        if component not in data["components"]:
+            raise unknown("component", component, data["components"], f"{origin} {key}")
+        entry = data["components"][component]
+        if parameter == "use":
+            try:
+                entries = registry.component(registry.absolute(str(value), folder)).parameters.entries
+            except FlightError as error:
+                raise FlightError(f"{origin} {key}: {error}") from None
+            kept = {name: given for name, given in (entry.get("parameters") or {}).items() if name in entries}
+            entry.update(use=value, parameters=kept)
+        elif parameter == "rate_hz":
+            entry[parameter] = value
+        else:
+            entry["parameters"] = {**(entry.get("parameters") or {}), parameter: value}
+    return data

@@ -1,0 +1,92 @@
+"""The keys of a scenario file; what they mean together is checked in `flight_graph.graphs.scenario`."""
+
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from flight_graph.bags.journal import FLUSH_PERIOD_S
+from flight_graph.errors import FlightError
+from flight_graph.timebase import J2000
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+
+class ComponentEntry(_Strict):
+    """One component of the graph."""
+
+    use: str = Field(description="`package/executable`, `module:Class`, or `file.py:Class` relative to the scenario")
+    rate_hz: float | None = Field(None, description="firing rate [Hz]; the component's own when left out")
+    parameters: dict[str, Any] = Field(default_factory=dict, description=(
+        'values that differ from the defaults; `"= plant.gravity"` follows another component\'s'))
+
+
+class EdgeEntry(_Strict):
+    """One input, wired by hand."""
+
+    source: str = Field(alias="from", description="`component.port` of the output")
+    delay: int = Field(0, description="1: the message before the newest one, which breaks a loop")
+
+
+class RecordEntry(_Strict):
+    """What the bag holds."""
+
+    topics: list[str] | None = Field(None, description="topics to record; all when left out")
+    max_rate_hz: float | None = Field(None, gt=0, allow_inf_nan=False, description=(
+        "every topic is thinned to at most this rate [Hz]"))
+    flush_period_s: float = Field(FLUSH_PERIOD_S, ge=0.01, le=60, allow_inf_nan=False, description=(
+        "wall time [s] of messages that a kill -9 of the recorder may cost at most"))
+
+
+class EngineLimit(_Strict):
+    """The one engine that can run the scenario."""
+
+    engine: str = Field(description="compiled or ros")
+    because: str = Field(description="the reason, shown to whoever asks for another engine")
+
+
+class ScenarioFile(_Strict):
+    """The file's keys."""
+
+    name: str = Field(description="what bags and error texts call it")
+    title: str = Field(description="one line for lists")
+    description: str = Field("", description="what to know of it")
+    duration_s: float = Field(description="simulated time [s]")
+    seed: int = Field(0, description="of all noise: each component's own stream follows from it and the component's name")
+    epoch_ns: int = Field(J2000, description="stamp of t = 0 [ns since 1970]; J2000 when left out")
+    base_rate_hz: float | None = Field(None, description=(
+        "rate of the base tick [Hz]; the slowest that fits all rates when left out"))
+    components: dict[str, ComponentEntry] = Field(description="name -> component, in the order in which they are listed")
+    connect: dict[str, str | EdgeEntry] = Field(default_factory=dict, description=(
+        "`component.port` of an input -> `component.port` of its source; inputs left out find theirs by topic"))
+    record: RecordEntry = Field(default_factory=RecordEntry, description="what the bag holds")
+    metrics: str | None = Field(None, description="`module:function` of the run's numbers")
+    figure: str | None = Field(None, description="`module:function` that draws the run")
+    paper: str | None = Field(None, description="folder in `papers/` whose claims the bag carries")
+    only: EngineLimit | None = Field(None, description="the one engine that can run it, and why")
+    vary: dict[str, Any] | None = Field(None, description="what `flight sweep` varies; see sweeps.md")
+
+    @classmethod
+    def read(cls, data: dict, origin: str) -> "ScenarioFile":
+        """Check the keys and the types of their values. Raises FlightError with the first thing that is wrong."""
+        try:
+            return cls.model_validate(data)
+        except ValidationError as error:
+            raise FlightError(f"{origin}: {_first_sentence(error)}") from None
+
+
+def _first_sentence(error: ValidationError) -> str:
+    first = error.errors()[0]
+    where = ".".join(str(part) for part in first["loc"] if part not in ("str", "EdgeEntry"))
+    if first["type"] == "extra_forbidden":
+        return f"{where}: there is no such key; allowed here: " + ", ".join(_keys_at(first["loc"]))
+    return f"{where}: {first['msg'].lower()} (got {first['input']!r})"
+
+
+PARTS = {"components": ComponentEntry, "connect": EdgeEntry, "record": RecordEntry, "only": EngineLimit}  # below a key
+
+
+def _keys_at(location):
+    model = PARTS.get(location[0] if len(location) > 1 else "", ScenarioFile)
+    return [info.alias or name for name, info in model.model_fields.items()]

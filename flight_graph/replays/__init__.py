@@ -1,0 +1,1 @@
+"""Replays: a recorded run made again, verified, or played to others."""

@@ -1,0 +1,273 @@
+"""One component run again on its recorded inputs; its answers compared with the recorded ones.
+
+The inputs of a firing are those the component had in the run: the newest recorded message that is due (see
+`flight_graph.graphs.graph.Edge`). Nothing closes a loop here: with changed parameters the answers are open-loop ones.
+"""
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from flight_graph.bags.reader import read_bag
+from flight_graph.bags.writer import BagWriter
+from flight_graph.engines import source, steps
+from flight_graph.engines.compiled import fault_sentence, nonfinite_sentence
+from flight_graph.errors import FlightError, unknown
+from flight_graph.graphs import scenario as scenarios
+from flight_graph.graphs.graph import Node
+from flight_graph.graphs.scenario import Scenario
+from flight_graph.recordings.comparison import TOLERANCE, Comparison, compare, write_topics
+from flight_graph.recordings.recorded_run import RecordedRun, open_recorded, shortened
+from flight_graph.recordings.recording import RecordedTopic, payloads
+from flight_graph.runs import ENGINES
+from flight_graph.timebase import SECOND, stamp_parts
+
+
+@dataclass(frozen=True)
+class RecordedInput:
+    """An input and its recorded messages. stamps_ns: (n,) since the epoch; records: (n,).
+
+    end_ns: the first message that is missing would be due at a firing at this time.
+    """
+
+    port: str
+    topic: str
+    period_ns: int
+    delay: int
+    stamps_ns: np.ndarray
+    records: np.ndarray
+    end_ns: int
+
+    def index(self, t_ns: int) -> int:
+        """Number of the message that belongs to a firing at t; -1: none yet."""
+        return (t_ns - self.delay) // self.period_ns
+
+
+@dataclass
+class Replay:
+    """A replayed component. comparison: its answers against the recorded ones; open_loop: parameters were changed."""
+
+    component: str
+    engine: str
+    firings: int
+    comparison: Comparison
+    open_loop: bool
+
+    @property
+    def holds(self) -> bool:
+        return self.open_loop or self.comparison.holds
+
+    def plain(self) -> dict:
+        """The replay as JSON knows it."""
+        return {"component": self.component, "engine": self.engine, "firings": self.firings,
+                "open_loop": self.open_loop, **self.comparison.plain()}
+
+
+def replay(path, component: str, engine: str = "compiled", settings: dict | None = None, trust: bool = False,
+           tolerance: float = TOLERANCE, progress=None) -> Replay:
+    """Replay one component of a recorded run. Raises FlightError.
+
+    settings: parameter -> value, in place of the recorded ones. engine: ``compiled``, ``python`` or ``ros`` (the real
+    node, fed over ROS topics). progress(seconds simulated) is called now and then.
+    """
+    if engine not in ENGINES:
+        raise unknown("engine", engine, ENGINES)
+    run = open_recorded(path, trust)
+    if component not in run.scenario.graph.nodes:
+        raise unknown("component", component, run.scenario.graph.nodes, f"bag '{path}'")
+    scenario = _with_settings(run, component, settings or {})
+    node = scenario.graph.nodes[component]
+    inputs = recorded_inputs(run, node)
+    answers = comparable_topics(run, component)
+    known_ns = run.scenario.duration_ns if run.complete else run.recorded_until_ns
+    end_ns = min([entry.end_ns for entry in inputs.values()] + [known_ns])
+    if end_ns <= 0:
+        raise FlightError(f"bag '{path}': nothing can be replayed; {_first_gap(inputs) or 'it holds no messages'}")
+    with tempfile.TemporaryDirectory(prefix="flight_replay_") as folder:
+        folder = Path(folder)
+        if engine == "ros":
+            from flight_graph.ros import replay_launcher
+            again, firings, stopped = replay_launcher.run(
+                run.bag.path, shortened(scenario, end_ns), component, answers, folder, progress)
+        else:
+            again, firings, stopped = _in_process(scenario, node, inputs, answers, end_ns, folder / "again", progress)
+        recorded = _until(run, answers, again, end_ns, folder / "recorded")
+        result = compare(recorded, again, list(recorded.topics), {} if settings else run.changed, tolerance)
+    _explain(result, run, inputs, end_ns, stopped, bool(settings))
+    return Replay(component, engine, firings, result, bool(settings))
+
+
+def _with_settings(run: RecordedRun, component: str, settings: dict) -> Scenario:
+    if not settings:
+        return run.scenario
+    for key in settings:
+        if key in ("rate_hz", "use"):
+            raise FlightError(f"--set {key}: only parameters can be changed in a replay; the recorded messages "
+                              "fix the rest")
+    data = run.scenario.file.model_dump(by_alias=True, exclude_none=True)
+    changes = {f"{component}.{key}": value for key, value in settings.items()}
+    return Scenario(scenarios.override(data, changes), run.scenario.origin)
+
+
+def recorded_inputs(run: RecordedRun, node: Node) -> dict[str, RecordedInput]:
+    """port -> its recorded messages. Raises FlightError where the bag does not hold all of them."""
+    plan, graph = run.scenario.recorded(), run.scenario.graph
+    absent = [f"{port} (/{graph.signal(edge.node, edge.port).topic})" for port, edge in node.inputs.items()
+              if (edge.node, edge.port) not in plan]
+    if absent:
+        raise FlightError(f"{node.name} cannot be replayed: its inputs {', '.join(absent)} were not recorded "
+                          "(record.topics of the scenario)")
+    thinned = [f"/{graph.signal(edge.node, edge.port).topic}: every {plan[edge.node, edge.port]}th message"
+               for edge in node.inputs.values() if plan[edge.node, edge.port] > 1]
+    if thinned:
+        raise FlightError(f"{node.name} cannot be replayed: the bag was thinned (record.max_rate_hz "
+                          f"{run.scenario.file.record.max_rate_hz:g}; {', '.join(thinned)}), and a replay needs every "
+                          "input that the component had")
+    signals, found = run.signals, {}
+    for port, edge in node.inputs.items():
+        topic = graph.signal(edge.node, edge.port).topic
+        period = graph.nodes[edge.node].output_period_ns(edge.port)
+        stamps = run.bag.stamps_ns("/" + topic) - run.scenario.epoch_ns
+        whole = len(stamps)
+        wrong = np.flatnonzero(stamps != np.arange(whole) * period)
+        whole = int(wrong[0]) if len(wrong) else whole
+        found[port] = RecordedInput(port, topic, period, edge.delay, stamps[:whole], signals[topic][:whole],
+                                    whole * period + edge.delay)
+    return found
+
+
+def comparable_topics(run: RecordedRun, component: str) -> list[RecordedTopic]:
+    """The recorded topics that this component alone publishes. Raises FlightError when there are none."""
+    owners = {}
+    for topic in run.topics():
+        owners.setdefault(topic.topic, set()).add(topic.node)
+    found = [topic for topic in run.topics(component)
+             if owners[topic.topic] == {component} and "/" + topic.topic in run.bag]
+    if not found:
+        raise FlightError(f"{component} cannot be replayed: none of its outputs is in the bag, so there is nothing to "
+                          "compare with")
+    return found
+
+
+def _in_process(scenario, node, inputs, answers, end_ns, folder, progress):
+    """Fire the component's own compiled step at every period; return (bag of answers, firings, sentence of a stop)."""
+    machine = _Machine(scenario, node)
+    ports = {topic.port: topic for topic in reversed(answers)}
+    rows = {port: -(-end_ns // topic.period_ns) for port, topic in ports.items()}
+    logs = {port: topic.signal.zeros(rows[port]) for port, topic in ports.items()}
+    silent = {port: signal.new()[1] for port, signal in node.component.inputs.items()}
+    shown = max(1, end_ns // node.period_ns // 100)
+    stopped, firings, t_ns = "", 0, 0
+    while t_ns < end_ns:
+        given = []
+        for port in node.component.inputs:
+            entry = inputs.get(port)
+            at = entry.index(t_ns) if entry is not None else -1
+            given.append(entry.records[at:at + 1] if at >= 0 else silent[port])
+        stopped = machine.fire(t_ns, given)
+        if stopped:
+            break
+        for port, topic in ports.items():
+            if t_ns % topic.period_ns == 0:
+                logs[port][t_ns // topic.period_ns] = machine.outputs[port].view(np.ndarray)[0]
+        firings += 1
+        t_ns += node.period_ns
+        if progress and firings % shown == 0:
+            progress(t_ns / SECOND)
+    stamps = [np.arange(-(-t_ns // topic.period_ns)) * topic.period_ns for topic in answers]
+    written = [payloads(topic, logs[topic.port][:len(times)]) for topic, times in zip(answers, stamps)]
+    return write_topics(folder, answers, [times + scenario.epoch_ns for times in stamps], written), firings, stopped
+
+
+class _Machine:
+    """A component's parts, state and output records, outside of any graph."""
+
+    def __init__(self, scenario: Scenario, node: Node):
+        self._node, self._epoch_ns = node, scenario.epoch_ns
+        component = node.component
+        self._parameters = component.parameters.record(node.values, node.name)
+        self._parameters["period"] = node.period_ns / SECOND
+        self._state = component.initial_state(node.values)
+        self.outputs = {port: signal.new()[1] for port, signal in component.outputs.items()}
+        self._stamps = []
+        for port, signal in component.outputs.items():
+            stamp = self.outputs[port]
+            for part in signal.stamp_path.split("."):
+                stamp = stamp[part]
+            self._stamps.append(stamp)
+        if source.numba.config.DISABLE_JIT:
+            self._parameters, self._state = self._parameters.view(np.recarray), self._state.view(np.recarray)
+            self.outputs = {port: record.view(np.recarray) for port, record in self.outputs.items()}
+        self._parts = steps.load(node.use, component)
+        self._is_new = True
+
+    def fire(self, t_ns: int, inputs: list) -> str:
+        """One firing; the sentence of a stop, or nothing."""
+        if source.numba.config.DISABLE_JIT:
+            inputs = [record.view(np.recarray) for record in inputs]
+        outputs = list(self.outputs.values())
+        with np.errstate(all="ignore"):
+            if self._is_new:
+                self._is_new = False
+                if (code := self._call("start", t_ns, [])):
+                    return self._sentence(code, t_ns)
+            sec, nanosec = stamp_parts(self._epoch_ns + t_ns)
+            for stamp in self._stamps:
+                stamp["sec"], stamp["nanosec"] = sec, nanosec
+            for part, arrays in (("kernel", inputs + outputs), ("output", outputs), ("update", inputs)):
+                if (code := self._call(part, t_ns, arrays)):
+                    return self._sentence(code, t_ns)
+        return ""
+
+    def _call(self, part, t_ns, arrays):
+        return self._parts[part](t_ns, self._parameters, self._state, *arrays) if part in self._parts else 0
+
+    def _sentence(self, code, t_ns):
+        node, component = self._node, self._node.component
+        if code == source.FAULT:
+            return fault_sentence(node.name, component, self._parameters, self._state, t_ns / SECOND)
+        port = list(self.outputs)[code // 10]
+        return nonfinite_sentence(node.name, port, component.outputs[port], self.outputs[port], t_ns / SECOND)
+
+
+def _until(run, answers, again, end_ns, folder):
+    """The recorded answers that the replay can have given again, in their order: of the same stretch of time."""
+    last_ns = run.scenario.epoch_ns + end_ns - 1
+    if not run.complete:  # what was lost cannot be compared
+        last_ns = min(last_ns, again.end_ns)
+    with BagWriter(folder) as writer:
+        handles = {}
+        for topic in answers:
+            name = "/" + topic.topic
+            if name not in handles:
+                handles[name] = writer.add_topic(name, topic.type_name, topic.role.qos)
+        for name, stamp_ns, payload in run.bag.messages(list(handles)):
+            if stamp_ns <= last_ns:
+                writer.write(handles[name], stamp_ns, payload)
+    return read_bag(folder)
+
+
+def _explain(result: Comparison, run, inputs, end_ns, stopped, open_loop):
+    if open_loop:
+        result.sentences.insert(0, "open loop: the changed component answered the recorded inputs; what its answers "
+                                   "would have changed in the rest of the graph is not in here")
+    elif run.changed:
+        result.sentences.append(run.changes_sentence())
+    if run.is_realtime:
+        result.sentences.append("the run was in realtime: an input that came late then is in time here")
+    if stopped:
+        result.sentences.append(f"replayed, {stopped}")
+    if end_ns < run.scenario.duration_ns:
+        gap = _first_gap({port: entry for port, entry in inputs.items() if entry.end_ns == end_ns})
+        result.sentences.append(f"replayed until t = {end_ns / SECOND:.9g} s of {run.scenario.duration_ns / SECOND:g} "
+                                f"s; {gap or 'the bag ends there'}")
+
+
+def _first_gap(inputs) -> str:
+    entry = min(inputs.values(), key=lambda entry: entry.end_ns, default=None)
+    if entry is None:
+        return ""
+    missing_s = len(entry.stamps_ns) * entry.period_ns / SECOND
+    return f"its input {entry.port} (/{entry.topic}) has no message of t = {missing_s:.9g} s"
