@@ -21,6 +21,7 @@ _PRIMITIVES = {
     "uint32": "<u4", "int32": "<i4", "uint64": "<u8", "int64": "<i8", "float32": "<f4", "float64": "<f8",
 }
 _GROUPS = (["x", "y", "z"], ["x", "y", "z", "w"])
+ROUNDING = 1e-12  # [SI unit of the field] two values that differ by less are the same but for rounding
 
 
 class SignalMismatch(ValueError):
@@ -29,11 +30,16 @@ class SignalMismatch(ValueError):
 
 @dataclass(frozen=True)
 class Quantity:
-    """A named part of a float64 array: its length (None: a scalar), unit and meaning."""
+    """A named part of a float64 array: its length (None: a scalar), unit and meaning.
+
+    floor: the difference [unit] below which two values count as the same where bags of different machines are compared;
+    smaller than the default where the quantity itself is.
+    """
 
     length: int | None
     unit: str
     doc: str = ""
+    floor: float = ROUNDING
 
     @property
     def count(self) -> int:
@@ -253,6 +259,12 @@ class Signal:
     def leaves(self):
         """Yield (path, dtype, offset, length in bytes) of every numeric field of the record."""
         return _leaves(self.dtype)
+
+    def floor(self, column: str) -> float:
+        """The floor of a column of its table (``position[angles[0]]``), in the field's SI unit."""
+        field, _, label = column.partition("[")
+        quantity = self.groups.get(field, {}).get(label.rstrip("]").partition("[")[0])
+        return ROUNDING if quantity is None else quantity.floor
 
     def columns(self):
         """Yield (label, unit) of every named quantity, for documents and tables."""

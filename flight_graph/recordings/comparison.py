@@ -43,11 +43,15 @@ class Comparison:
         return found
 
 
-def compare(recorded: Bag, again: Bag, topics: list[str], changed: dict, tolerance: float = TOLERANCE) -> Comparison:
-    """Compare topics of two bags, and the order of their messages.
+def compare(recorded: Bag, again: Bag, topics: list[RecordedTopic], changed: dict,
+            tolerance: float = TOLERANCE) -> Comparison:
+    """Compare recorded topics of two bags, and the order of their messages.
 
-    changed: versions that differ. Where nothing differs, every byte must be equal.
+    changed: versions that differ. Where nothing differs, every byte must be equal; else a field may differ by the
+    tolerance times its largest magnitude, or by its floor (`msg_schemas.signal.Quantity.floor`) where that is more.
     """
+    signals = {f"/{topic.topic}": topic.signal for topic in topics}
+    topics = list(signals)
     found = diff(recorded, again, topics)
     result = Comparison(EQUAL, "bytes", sum(topic.count_a or 0 for topic in found), topics=found, changed=changed,
                         tolerance=tolerance)
@@ -63,11 +67,11 @@ def compare(recorded: Bag, again: Bag, topics: list[str], changed: dict, toleran
                 key=lambda topic: (topic.first.stamp_ns if topic.first else -1))
     if changed:
         result.applied = "tolerance"
-        beyond = [text for topic in found if not topic.equal for text in _beyond(recorded, topic, tolerance)]
+        beyond = [text for topic in found if not topic.equal for text in _beyond(recorded, topic, signals[topic.topic], tolerance)]
         if not beyond:
             result.verdict = CLOSE
             result.sentences.append(
-                f"not equal byte for byte, but within {tolerance:g} of each field's largest magnitude: "
+                f"not equal byte for byte, but within {tolerance:g} of each field's largest magnitude, or its floor: "
                 f"{result.messages} messages on {len(found)} topics")
             return result
         result.sentences.append(f"different beyond the tolerance of {tolerance:g}: " + "; ".join(beyond[:3]))
@@ -103,7 +107,7 @@ def _order_difference(recorded, again, topics):
             f"{topics[sides[0][0][at]]} where {topics[sides[1][0][at]]} comes now")
 
 
-def _beyond(recorded, topic, tolerance):
+def _beyond(recorded, topic, signal, tolerance):
     """Yield what of a topic is beyond the tolerance: counts, stamps, strings and whole numbers must be equal."""
     if topic.remark or topic.count_a != topic.count_b or topic.first.field == "stamp":
         yield str(topic)
@@ -118,5 +122,6 @@ def _beyond(recorded, topic, tolerance):
         if values is not None and values.dtype.kind == "f":
             finite = values[np.isfinite(values)]
             scale = float(np.abs(finite).max()) if len(finite) else 0.0
-        if not difference.absolute <= tolerance * scale:
+        floor = signal.floor(name) if values is not None and values.dtype.kind == "f" else 0.0
+        if not difference.absolute <= max(tolerance * scale, floor):
             yield f"{topic.topic} {name} by {difference.absolute:.3g}"

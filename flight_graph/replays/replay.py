@@ -94,7 +94,7 @@ def replay(path, component: str, engine: str = "compiled", settings: dict | None
         else:
             again, firings, stopped = _in_process(scenario, node, inputs, answers, end_ns, folder / "again", progress)
         recorded = _until(run, answers, again, end_ns, folder / "recorded")
-        result = compare(recorded, again, list(recorded.topics), {} if settings else run.changed, tolerance)
+        result = compare(recorded, again, answers, {} if settings else run.changed, tolerance)
     _explain(result, run, inputs, end_ns, stopped, bool(settings))
     return Replay(component, engine, firings, result, bool(settings))
 

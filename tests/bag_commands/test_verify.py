@@ -15,6 +15,8 @@ from flight_graph.graphs.scenario import load
 from flight_graph.recordings import recorded_run
 from flight_graph.recordings.recording import RunBag, payloads, versions, write_recording
 from flight_graph.replays.verify import verify
+from msg_schemas.qos import Role
+from msg_schemas.signal import Quantity, named_vector
 from tests.bag_commands.conftest import recorded
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -74,6 +76,25 @@ def test_other_versions_are_named_and_compared_within_a_tolerance(flight, tmp_pa
     assert verify(close).verdict == "close" and verify(close).applied == "tolerance"
     assert verify(close, tolerance=1e-12).verdict == "different"
     assert flight("verify", altered(tmp_path / "b", scale(1e-4))).status == 1
+
+
+def test_a_field_that_is_zero_but_for_rounding(tmp_path, monkeypatch):
+    """No relative tolerance fits a field that is zero: each field has an absolute floor besides it."""
+    elsewhere(monkeypatch)
+
+    def disturbed(size):
+        def change(records):
+            assert not records["cubli/truth"]["disturbance"].any()
+            records["cubli/truth"]["disturbance"][7] = size
+        return change
+
+    assert verify(altered(tmp_path / "a", disturbed(4e-17))).verdict == "close"
+    result = verify(altered(tmp_path / "b", disturbed(1e-9)))
+    assert result.verdict == "different" and "disturbance[0]" in result.sentences[0]
+    quantities = {"lever": Quantity(2, "m"), "torque": Quantity(None, "N m", floor=1e-15)}
+    signal = named_vector("toy", "base", quantities, Role.TELEMETRY)
+    assert [signal.floor(f"position[{name}]") for name in ("lever[1]", "torque")] == [1e-12, 1e-15]
+    assert signal.floor("header.stamp.sec") == 1e-12
 
 
 def test_whole_numbers_have_no_tolerance(tmp_path, monkeypatch):
