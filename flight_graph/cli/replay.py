@@ -13,7 +13,8 @@ from flight_graph.errors import FlightError
 
 Trust = Annotated[bool, typer.Option("--trust", help="Run component files that the bag carries. Read them first.")]
 Tolerance = Annotated[float, typer.Option(
-    min=0.0, help="Where versions differ: allowed difference, relative to a field's largest magnitude.")]
+    min=0.0, help="Where versions differ: allowed difference, relative to a field's largest magnitude; a field may always "
+                  "differ by its floor, mostly 1e-12 of its unit.")]
 
 
 _ROWS = 40  # of the table of differing fields

@@ -67,7 +67,8 @@ def compare(recorded: Bag, again: Bag, topics: list[RecordedTopic], changed: dic
                 key=lambda topic: (topic.first.stamp_ns if topic.first else -1))
     if changed:
         result.applied = "tolerance"
-        beyond = [text for topic in found if not topic.equal for text in _beyond(recorded, topic, signals[topic.topic], tolerance)]
+        beyond = [text for topic in found if not topic.equal
+                  for text in _beyond(recorded, topic, signals[topic.topic], tolerance)]
         if not beyond:
             result.verdict = CLOSE
             result.sentences.append(

@@ -54,7 +54,8 @@ def verify(path, engine: str = "compiled", trust: bool = False, tolerance: float
 
 
 def _compare(run, again, tolerance):
-    result = compare(run.bag, again, [topic for topic in run.topics() if f"/{topic.topic}" in again], run.changed, tolerance)
+    topics = [topic for topic in run.topics() if f"/{topic.topic}" in again]
+    result = compare(run.bag, again, topics, run.changed, tolerance)
     unexpected = [name for name in run.bag.topics if name not in again.topics]
     if unexpected:
         result.sentences.append(
