@@ -15,7 +15,7 @@ from setuptools import Distribution, find_packages, setup
 MANIFEST = ElementTree.parse("package.xml").getroot()
 NAME = MANIFEST.findtext("name")  # colcon builds by this name: it must be the distribution's as well
 AMENT_PACKAGES = (NAME, "msg_schemas", "cubli_ros", "spacerobot_ros", "lander_ros", "sim_nodes")
-PYTHON_PACKAGES = (*AMENT_PACKAGES, "papers", "scenarios")
+PYTHON_PACKAGES = (*AMENT_PACKAGES, "flight_math", "papers", "scenarios")
 COMMAND_LINE = "flight_graph.cli:main"
 DATA_SUFFIXES = ("yaml", "json", "xml", "csv", "md")
 GENERATED = Path("build/ament")  # below the source tree, because colcon links data files by relative path

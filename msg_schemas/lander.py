@@ -41,7 +41,7 @@ GOAL = Signal("lander/goal", "geometry_msgs/msg/PoseStamped", Role.TRUTH, {"head
 TRUTH = named_vector("lander/truth", BASE, {
     "site_position": Quantity(3, "m", "r, from the goal to the craft, in D"),
     "site_velocity": Quantity(3, "m/s", "d(r^D)/dt, in D"),
-    "attitude": Quantity(4, "1", "quaternion x, y, z, w, B to D"),
+    "attitude": Quantity(4, "1", "quaternion x, y, z, w, B to D", quaternion=True),
     "rates": Quantity(3, "rad/s", "w_BD, in B"),
     "inertial_rates": Quantity(3, "rad/s", "w_BI, in B"),
     "specific_force": Quantity(3, "m/s^2", "of the last interval, in B"),

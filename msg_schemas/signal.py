@@ -20,6 +20,7 @@ _PRIMITIVES = {
     "bool": "?", "byte": "u1", "octet": "u1", "char": "u1", "uint8": "u1", "int8": "i1", "uint16": "<u2", "int16": "<i2",
     "uint32": "<u4", "int32": "<i4", "uint64": "<u8", "int64": "<i8", "float32": "<f4", "float64": "<f8",
 }
+LONGEST_VALUE = 16  # longer arrays of float64 are read by reference
 _GROUPS = (["x", "y", "z"], ["x", "y", "z", "w"])
 ROUNDING = 1e-12  # [SI unit of the field] two values that differ by less are the same but for rounding
 
@@ -30,7 +31,7 @@ class SignalMismatch(ValueError):
 
 @dataclass(frozen=True)
 class Quantity:
-    """A named part of a float64 array: its length (None: a scalar), unit and meaning.
+    """A named part of a float64 array: its length (None: a scalar), unit and meaning; whether it is a quaternion.
 
     floor: the difference [unit] below which two values count as the same where bags of different machines are compared;
     smaller than the default where the quantity itself is.
@@ -40,6 +41,7 @@ class Quantity:
     unit: str
     doc: str = ""
     floor: float = ROUNDING
+    quaternion: bool = False
 
     @property
     def count(self) -> int:
@@ -54,6 +56,7 @@ class _Layout:
         self.body = bytearray()
         self.padding = []
         self.unused, self.constants = set(fixed), {}
+        self.quaternions = {name for parts in groups.values() for name, quantity in parts.items() if quantity.quaternion}
         self.fields = self._struct(definition(type_name).fields, "", 0)
         if self.unused:
             raise ValueError(f"{type_name} has no variable part called {sorted(self.unused)}")
@@ -132,6 +135,8 @@ class _Layout:
         names = [name for name, _ in fields]
         kinds = {node for _, node in fields}
         if names in _GROUPS and len(kinds) == 1 and next(iter(kinds))[0] == Nodetype.BASE:
+            if len(names) == 4:
+                self.quaternions.add(path)
             return self._number(_PRIMITIVES[fields[0][1][1][0]], (len(names),))
         base = len(self.body)
         entries = self._struct(fields, f"{path}.", base)
@@ -152,7 +157,8 @@ class Signal:
     topic: default topic name, relative (``cubli/imu``). type_name: ROS type. role: key of the QoS table.
     fixed: constant parts by path: a string, a list of strings, or the length of a sequence.
     groups: named quantities of a float64 array, by path. may_be_nonfinite: field paths where inf or NaN has a meaning.
-    The first field is the header (or the first element's header): every signal is stamped.
+    The first field is the header (or the first element's header): every signal is stamped. ``values`` names the fields that
+    kernels see as vectors and quaternions: (path, "Vec3" | "Quaternion" | length).
     """
 
     topic: str
@@ -180,7 +186,7 @@ class Signal:
         for name, value in {
             "dtype": dtype, "size": size, "template": ENCAPSULATION + bytes(layout.body), "_segments": segments,
             "stamp_path": _stamp_path(self, dtype), "_payload_size": size + 4,
-            "_constants": layout.constants,
+            "_constants": layout.constants, "values": tuple(_values(dtype, layout.quaternions)),
         }.items():
             object.__setattr__(self, name, value)
 
@@ -280,6 +286,13 @@ def _leaves(dtype, prefix="", base=0):
             yield from _leaves(sub, f"{prefix}{name}.", base + offset)
         else:
             yield f"{prefix}{name}", sub, base + offset, sub.itemsize
+
+
+def _values(dtype, quaternions):
+    """Yield (path, kind) of the fields that a kernel sees as values: Vec3, Quaternion, or the length of a vector."""
+    for path, field_type, _, _ in _leaves(dtype):
+        if field_type.base == np.dtype("<f8") and field_type.ndim == 1 and field_type.shape[0] <= LONGEST_VALUE:
+            yield path, "Quaternion" if path in quaternions else "Vec3" if field_type.shape == (3,) else field_type.shape[0]
 
 
 def _stamp_path(signal, dtype):

@@ -60,7 +60,7 @@ def topics(joint_names: list[str], body_names: list[str], prefix: str = "spacero
         truth=vector("truth", {
             "position": Quantity(3, "m", "base origin, inertial axes"),
             "velocity": Quantity(3, "m/s", "of the base origin, inertial axes"),
-            "attitude": Quantity(4, "1", "quaternion x, y, z, w"),
+            "attitude": Quantity(4, "1", "quaternion x, y, z, w", quaternion=True),
             "rates": Quantity(3, "rad/s", "base axes"),
             "joints": Quantity(n, "rad", "angles"),
             "joint_rates": Quantity(n, "rad/s"),
@@ -112,7 +112,7 @@ def topics(joint_names: list[str], body_names: list[str], prefix: str = "spacero
         torque_estimate=Signal(f"{prefix}/base_torque_estimate", "geometry_msgs/msg/WrenchStamped", Role.ESTIMATE,
                                {"header.frame_id": BASE}, doc="torque on the base over the last interval, as believed"),
         reference=vector("reference", {
-            "attitude": Quantity(4, "1", "desired quaternion x, y, z, w"),
+            "attitude": Quantity(4, "1", "desired quaternion x, y, z, w", quaternion=True),
             "rates": Quantity(3, "rad/s", "desired body axes"),
             "angular_acceleration": Quantity(3, "rad/s^2", "desired body axes"),
             "joints": Quantity(n, "rad"),

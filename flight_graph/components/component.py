@@ -6,6 +6,10 @@ A component is a class that is never instantiated. One of two forms:
 * ``output(t_ns, parameters, state, *outputs)`` and ``update(t_ns, parameters, state, *inputs)``: outputs at t depend on
   the state alone (a plant); ``update`` moves the state from t to t + period with the inputs of t held.
 
+A part made with `flight_math.kernel` gets views of its records: fields read and assigned as values (docs/values.md). One
+that would take more than seven arguments is written ``kernel(t_ns, p, x, inputs, outputs)``, ``output(t_ns, p, x, outputs)``,
+``update(t_ns, p, x, inputs)``: named tuples of views, ``inputs.odometry``.
+
 ``start(parameters, state)`` prepares the state once. ``t_ns`` counts from the epoch of the run. The executor stamps every
 output before the kernel runs, so ``same_stamp(input.header.stamp, output.header.stamp)`` tells whether an input is new.
 An input that never arrived is zero, stamp included.
@@ -14,6 +18,7 @@ An input that never arrived is zero, stamp included.
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import ClassVar
 
@@ -21,6 +26,7 @@ import numpy as np
 
 from flight_graph.components.records import Parameters, State
 from flight_graph.kernel import kernel as _kernel
+from flight_math.values import Kinds, Quaternion, Vec, Vec3
 from msg_schemas.qos import Role
 from msg_schemas.signal import Signal
 
@@ -29,6 +35,13 @@ from msg_schemas.signal import Signal
 def same_stamp(a, b):
     """True when two stamps are equal."""
     return a.sec == b.sec and a.nanosec == b.nanosec
+
+
+@cache
+def kinds_of(signal: Signal) -> Kinds:
+    """The fields of a signal that kernels see as values."""
+    classes = {"Vec3": Vec3, "Quaternion": Quaternion}
+    return Kinds.of((path, classes.get(kind) or Vec(kind)) for path, kind in signal.values)
 
 
 @dataclass(frozen=True)

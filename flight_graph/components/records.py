@@ -4,8 +4,9 @@
         lambda_a: Vec3 = field(0.041, unit="rad/s", gt=0, source="Table 2", doc="gain on the attitude error")
         law: Choice("explicit", "implicit") = field("implicit", doc="form of the law")
 
-An annotation is ``float``, ``int``, ``bool``, an array of float64 (``Vec3``, ``Array(3, 3)``), a ``Choice``, or ``str``: a
-text (a file's name) for `Component.resolve`, which the kernel's record does not carry.
+An annotation is ``float``, ``int``, ``bool``, a ``Choice``, a kind of value (``Vec3``, ``Mat3``, ``Quaternion``, ``Vec(n)``,
+``Mat(n, m)``, ``DualQuaternion``, ``DualVector``), an array of float64 that kernels see by reference (``Array(20, 20)``), or
+``str``: a text (a file's name) for `Component.resolve`, which the kernel's record does not carry.
 """
 
 from dataclasses import dataclass
@@ -16,6 +17,11 @@ import numpy as np
 from pydantic import Field, StrictBool, TypeAdapter, ValidationError
 
 from flight_graph.errors import FlightError, unknown
+from flight_math.values import DualQuaternion, DualVector, Kinds, Mat, Mat3, Quaternion, Vec, Vec3
+from flight_math.values.views import is_value_class
+
+__all__ = ["Array", "Choice", "DualQuaternion", "DualVector", "Entry", "Mat", "Mat3", "Parameters", "Quaternion", "Record",
+           "State", "Vec", "Vec3", "field", "flat"]
 
 
 @dataclass(frozen=True)
@@ -38,9 +44,6 @@ class Choice:
         object.__setattr__(self, "words", words)
 
 
-Vec3 = Array(3)
-
-
 @dataclass(frozen=True)
 class Entry:
     """One declared entry of a record."""
@@ -54,6 +57,7 @@ class Entry:
     source: str
     doc: str
     bounds: tuple  # of (gt|ge|lt|le, number)
+    value: type | None = None  # class of the value that kernels see
 
     @property
     def range_text(self) -> str:
@@ -138,7 +142,10 @@ def field(default=0.0, *, unit="", source="", doc="", **bounds):
 
 
 class Record:
-    """Base of Parameters and State: collects the entries of a class body and lays out the record."""
+    """Base of Parameters and State: collects the entries of a class body and lays out the record.
+
+    ``dtype`` is the record's layout, ``kinds`` names the entries that kernels see as values (`flight_math.values.Kinds`).
+    """
 
     RESERVED: tuple = ()
     entries: dict = {}
@@ -157,6 +164,7 @@ class Record:
         cls.dtype = np.dtype(
             [(entry.name, *_pair(entry.format)) for entry in cls.entries.values() if entry.kind != "text"]
             + list(cls.RESERVED), align=True)
+        cls.kinds = Kinds.of((entry.name, entry.value) for entry in cls.entries.values() if entry.value is not None)
 
     @classmethod
     def defaults(cls) -> dict:
@@ -205,14 +213,16 @@ def _pair(fmt):
 
 def _entry(name, annotation, given, cls):
     kinds = {float: "float", int: "int", bool: "bool", str: "text"}
-    if isinstance(annotation, Array):
+    value = annotation if is_value_class(annotation) else None
+    if isinstance(annotation, Array) or value:
         kind, shape, words = "float", annotation.shape, ()
     elif isinstance(annotation, Choice):
         kind, shape, words = "choice", (), annotation.words
     elif annotation in kinds:
         kind, shape, words = kinds[annotation], (), ()
     else:
-        raise TypeError(f"{cls.__name__}.{name}: {annotation!r} is not float, int, bool, str, Array(...) or Choice(...)")
+        raise TypeError(f"{cls.__name__}.{name}: {annotation!r} is not float, int, bool, str, Vec3, Mat3, Quaternion, "
+                        "Vec(n), Mat(n, m), DualQuaternion, DualVector, Array(...) or Choice(...)")
     default = given["default"]
     if isinstance(default, (list, np.ndarray)):
         default = tuple(np.asarray(default, float).ravel().tolist())
@@ -224,4 +234,4 @@ def _entry(name, annotation, given, cls):
         default = 0
     if kind == "text" and default == 0.0:
         default = ""
-    return Entry(name, kind, shape, words, default, given["unit"], given["source"], given["doc"], given["bounds"])
+    return Entry(name, kind, shape, words, default, given["unit"], given["source"], given["doc"], given["bounds"], value)

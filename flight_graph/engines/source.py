@@ -16,6 +16,7 @@ import numba
 import numpy as np
 
 from flight_graph.components.registry import PACKAGES
+from flight_graph.engines.part_calls import kinds_lines, part_call
 from flight_graph.graphs.graph import Graph
 from flight_graph.kernel import fingerprint, plain
 from msg_schemas.signal import Signal
@@ -77,7 +78,7 @@ def _loose(functions):
     """Names of modules from outside of the packages: one file may be imported under several, and machine code remembers
     the name its module had."""
     modules = {plain(function).__module__ for function in functions}
-    return sorted(name for name in modules if name.partition(".")[0] not in (*PACKAGES, "flight_graph"))
+    return sorted(name for name in modules if name.partition(".")[0] not in (*PACKAGES, "flight_graph", "flight_math"))
 
 
 def is_cached(module) -> bool:
@@ -151,7 +152,8 @@ def loop_source(graph: Graph, plan: dict) -> tuple[str, list[str], Slots]:
     writer.add(0, "", "", "@njit(cache=True, error_model='numpy', nogil=True)", f"def start({', '.join(arguments)}):")
     for node in graph.nodes.values():
         if node.component.start is not None:
-            writer.add(1, f"{node.name}_start(P_{node.name}[0], X_{node.name}[0])")
+            call = part_call(node.component, "start", node.name, f"P_{node.name}[0]", f"X_{node.name}[0]", [], [])
+            writer.add(1, f"{node.name}_start({call})")
     writer.add(1, "return 0")
     writer.add(0, "", "", "@njit(cache=True, error_model='numpy', nogil=True)",
                f"def run(control, {', '.join(arguments)}):")
@@ -181,8 +183,10 @@ def _loop_step(writer, slots, graph, plan, number, step):
     for port, signal in outputs:
         lines += [f"O_{node.name}_{port}[0].{signal.stamp_path}.sec = sec",
                   f"O_{node.name}_{port}[0].{signal.stamp_path}.nanosec = nanosec"]
-    arguments = [f"{_input(graph, node, port)}[0]" for port in inputs] + [f"O_{node.name}_{port}[0]" for port, _ in outputs]
-    lines.append(f"{node.name}_{step.part}({', '.join(['t', f'P_{node.name}[0]', f'X_{node.name}[0]'] + arguments)})")
+    call = part_call(component, step.part, node.name, f"P_{node.name}[0]", f"X_{node.name}[0]",
+                     [(port, f"{_input(graph, node, port)}[0]") for port in inputs],
+                     [(port, f"O_{node.name}_{port}[0]") for port, _ in outputs])
+    lines.append(f"{node.name}_{step.part}({call})")
     lines += [f"if X_{node.name}[0].fault != 0:", *_stop(FAULT, number)]
     for port, signal in outputs:
         record = f"O_{node.name}_{port}"
@@ -252,6 +256,7 @@ def _imports(graph):
         for part in ("start", "kernel", "output", "update"):
             if getattr(node.component, part) is not None:
                 lines.append(f"{node.name}_{part} = component({node.use!r}).{part}")
+                lines += kinds_lines(f"component({node.use!r})", node.component, part, node.name)
     return lines
 
 
@@ -264,10 +269,12 @@ def step_source(use: str, component, part: str) -> str:
     inputs = [] if part in ("output", "start") else [f"I_{port}" for port in component.inputs]
     outputs = [] if part in ("update", "start") else [f"O_{port}" for port in component.outputs]
     arguments = ", ".join(["P", "X", *inputs, *outputs])
-    call = ", ".join((["t"] if part != "start" else []) + [f"{name}[0]" for name in arguments.split(", ")])
+    call = part_call(component, part, "C", "P[0]", "X[0]", *(
+        [(name[2:], f"{name}[0]") for name in names] for names in (inputs, outputs)))
     writer.add(0, "", "", "@njit(cache=True, error_model='numpy', nogil=True)", f"def step(t, {arguments}):",
                f"    kernel({call})", "    if X[0].fault != 0:", f"        return {FAULT}")
     for number, (port, signal) in enumerate(component.outputs.items() if outputs else ()):
         writer.add(1, f"if not {writer.finite_check(signal)}(O_{port}[0]):", f"    return {NONFINITE + 10 * number}")
     writer.add(1, "return 0")
-    return writer.text([f"kernel = component({use!r}).{part}"])
+    return writer.text([f"kernel = component({use!r}).{part}",
+                        *kinds_lines(f"component({use!r})", component, part, "C")])

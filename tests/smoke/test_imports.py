@@ -1,6 +1,6 @@
 """The build is whole: every module imports without ROS 2, and dependencies between the packages point one way.
 
-papers -> sim_nodes -> cubli_ros, spacerobot_ros, lander_ros -> flight_graph -> msg_schemas
+papers -> sim_nodes -> cubli_ros, spacerobot_ros, lander_ros -> flight_graph -> msg_schemas, flight_math
 
 The truth may read the flight software's models; flight software never reads the truth.
 """
@@ -16,12 +16,13 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 MAY_IMPORT = {
     "msg_schemas": set(),
-    "flight_graph": {"msg_schemas"},
-    "cubli_ros": {"flight_graph", "msg_schemas"},
-    "spacerobot_ros": {"flight_graph", "msg_schemas"},
-    "lander_ros": {"flight_graph", "msg_schemas"},
-    "sim_nodes": {"flight_graph", "msg_schemas", "cubli_ros", "spacerobot_ros", "lander_ros"},
-    "papers": {"flight_graph", "msg_schemas", "cubli_ros", "spacerobot_ros", "lander_ros", "sim_nodes", "scenarios"},
+    "flight_math": set(),
+    "flight_graph": {"msg_schemas", "flight_math"},
+    "cubli_ros": {"flight_graph", "flight_math", "msg_schemas"},
+    "spacerobot_ros": {"flight_graph", "flight_math", "msg_schemas"},
+    "lander_ros": {"flight_graph", "flight_math", "msg_schemas"},
+    "sim_nodes": {"flight_graph", "flight_math", "msg_schemas", "cubli_ros", "spacerobot_ros", "lander_ros"},
+    "papers": {"flight_graph", "flight_math", "msg_schemas", "cubli_ros", "spacerobot_ros", "lander_ros", "sim_nodes", "scenarios"},
 }
 WITH_ROS = "flight_graph.ros"  # the one package whose modules may need rclpy to be imported
 

@@ -1,0 +1,57 @@
+"""Values: small immutable vectors, matrices and quaternions for kernels, and views of records that read as such.
+
+Compiled they are registers; in plain Python (NUMBA_DISABLE_JIT=1, a debugger, a test) they are small tuples with the same
+operators and the same bits. See docs/values.md.
+"""
+
+from flight_math.values import access, compiled_types, compiled_views, operators  # what the compiler has to know
+from flight_math.values.arrays import column, mat3, quaternion4, row, stack_array, vec3
+from flight_math.values.classes import DualQuaternion, DualVector, Mask, Mat, Mat3, Quaternion, Value, Vec, Vec3
+from flight_math.values.elementwise import elementwise
+from flight_math.values.functions import (
+    clip,
+    count,
+    cross,
+    dot,
+    largest,
+    maximum,
+    minimum,
+    norm,
+    normalised,
+    same,
+    sign,
+    smallest,
+    total,
+    where,
+)
+from flight_math.values.matrices import (
+    diagonal,
+    diagonal_of,
+    from_columns,
+    from_rows,
+    identity3,
+    outer,
+    skew,
+    transpose,
+)
+from flight_math.values.rotations import (
+    conjugate,
+    dual_quaternion,
+    dual_vector_part,
+    quaternion,
+    rotate,
+    rotate_back,
+    rotation_matrix,
+    short_way,
+    vector_part,
+)
+from flight_math.values.views import NO_KINDS, Kinds, View, view
+
+__all__ = [
+    "DualQuaternion", "DualVector", "Kinds", "Mask", "Mat", "Mat3", "NO_KINDS", "Quaternion", "Value", "Vec", "Vec3",
+    "View", "access", "clip", "column", "compiled_types", "compiled_views", "conjugate", "count", "cross", "diagonal",
+    "diagonal_of", "dot", "dual_quaternion", "dual_vector_part", "elementwise", "from_columns", "from_rows", "identity3",
+    "largest", "mat3", "maximum", "minimum", "norm", "normalised", "operators", "outer", "quaternion", "quaternion4",
+    "rotate", "rotate_back", "rotation_matrix", "row", "same", "short_way", "sign", "skew", "smallest", "stack_array",
+    "total", "transpose", "vec3", "vector_part", "view", "where",
+]
