@@ -1,0 +1,1 @@
+"""Mathematics of the kernels: the same bits compiled, in plain Python and on every machine."""
