@@ -1,0 +1,86 @@
+"""What the elementary functions share: bits of a number, its upper half, a quotient to twice the precision."""
+
+import math
+import struct
+
+import numba
+from numba.core import types
+from numba.extending import lower_builtin, type_callable
+
+NAN, INF = math.nan, math.inf
+LN2_HIGH, LN2_LOW = 0.6931471805598903, 5.497923018708371e-14  # 42 bits, so that k * LN2_HIGH is exact; the rest
+LOWER_HALF = -134217728  # -2^27: the mask that clears 27 bits, so that the product of two upper halves is exact
+
+_PACK_FLOAT, _PACK_INT = struct.Struct("<d"), struct.Struct("<q")
+
+
+def inlined(function):
+    """A kernel that is compiled into its caller: for small functions that are called in hot loops."""
+    return numba.njit(error_model="numpy", nogil=True, _nrt=False, forceinline=True)(function)
+
+
+def bits(x):
+    """The 64 bits of a float as a signed integer."""
+    return _PACK_INT.unpack(_PACK_FLOAT.pack(x))[0]
+
+
+def from_bits(i):
+    """The float with these 64 bits."""
+    return _PACK_FLOAT.unpack(_PACK_INT.pack(i))[0]
+
+
+@type_callable(bits)
+def _type_bits(context):
+    return lambda x: types.int64 if x == types.float64 else None
+
+
+@type_callable(from_bits)
+def _type_from_bits(context):
+    return lambda i: types.float64 if i == types.int64 else None
+
+
+@lower_builtin(bits, types.float64)
+def _lower_bits(context, builder, signature, arguments):
+    return builder.bitcast(arguments[0], context.get_value_type(types.int64))
+
+
+@lower_builtin(from_bits, types.int64)
+def _lower_from_bits(context, builder, signature, arguments):
+    return builder.bitcast(arguments[0], context.get_value_type(types.float64))
+
+
+@inlined
+def select(condition, a, b):
+    """a or b; both are computed already."""
+    return a if condition else b
+
+
+@inlined
+def upper(x):
+    """x without its lower 27 bits."""
+    return from_bits(bits(x) & LOWER_HALF)
+
+
+@inlined
+def two_to(k):
+    """2^k, -1022 <= k <= 1023; zero for k = -1023."""
+    return from_bits((k + 1023) << 52)
+
+
+@inlined
+def sum_of_two(a, b):
+    """a + b as its rounded value and the exact rest."""
+    total = a + b
+    from_b = total - a
+    return total, (a - (total - from_b)) + (b - from_b)
+
+
+@inlined
+def quotient(n, n_low, d, d_low):
+    """(n + n_low) / (d + d_low) as rounded value and rest, some 75 bits together."""
+    inverse = 1.0 / d
+    top = upper(n * inverse)
+    d_top = upper(d)
+    rest = (((n - top * d_top) - top * (d - d_top)) + (n_low - top * d_low)) * inverse
+    value = top + rest
+    return value, rest - (value - top)
