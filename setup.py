@@ -139,7 +139,8 @@ setup(
             "hypothesis>=6.100",
             "mcap-ros2-support>=0.5",
             "sympy>=1.12",
-            "pin>=3",
+            "mpmath>=1.3",
+            "pin>=3; sys_platform != 'win32'",  # no wheels for Windows: what it judges is skipped there
             "psutil>=5.9",
         ],
     },
