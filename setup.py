@@ -119,7 +119,8 @@ setup(
     install_requires=[
         "numpy>=1.26,<3",
         "scipy>=1.11",
-        "numba>=0.60",
+        "numba>=0.60; sys_platform != 'darwin' or platform_machine != 'x86_64'",
+        "numba>=0.60,<0.63; sys_platform == 'darwin' and platform_machine == 'x86_64'",  # the last with wheels for it
         "PyYAML>=6",
         "pydantic>=2.6,<3",
         "rich>=13",
