@@ -69,7 +69,7 @@ def write(path: Path, text: str, mode: int = 0o644) -> str:
     """Write a generated file if it is not there yet as it should be, and return its relative path."""
     path.parent.mkdir(parents=True, exist_ok=True)
     if not path.exists() or path.read_text(encoding="utf-8") != text:
-        path.write_text(text, encoding="utf-8")
+        path.write_text(text, encoding="utf-8", newline="\n")
     path.chmod(mode)
     return path.as_posix()
 
