@@ -69,7 +69,7 @@ def write(path: Path, text: str, mode: int = 0o644) -> str:
     """Write a generated file if it is not there yet as it should be, and return its relative path."""
     path.parent.mkdir(parents=True, exist_ok=True)
     if not path.exists() or path.read_text(encoding="utf-8") != text:
-        path.write_text(text, encoding="utf-8")
+        path.write_text(text, encoding="utf-8", newline="\n")
     path.chmod(mode)
     return path.as_posix()
 
@@ -119,7 +119,8 @@ setup(
     install_requires=[
         "numpy>=1.26,<3",
         "scipy>=1.11",
-        "numba>=0.60",
+        "numba>=0.60; sys_platform != 'darwin' or platform_machine != 'x86_64'",
+        "numba>=0.60,<0.63; sys_platform == 'darwin' and platform_machine == 'x86_64'",  # the last with wheels for it
         "PyYAML>=6",
         "pydantic>=2.6,<3",
         "rich>=13",
@@ -139,7 +140,8 @@ setup(
             "hypothesis>=6.100",
             "mcap-ros2-support>=0.5",
             "sympy>=1.12",
-            "pin>=3",
+            "mpmath>=1.3",
+            "pin>=3; sys_platform != 'win32'",  # no wheels for Windows: what it judges is skipped there
             "psutil>=5.9",
         ],
     },

@@ -46,7 +46,7 @@ def kill_once(folder: Path, victim: str, after_s: float) -> Kill:
             [*_FLIGHT, "run", "cubli_asteroid", "--engine", "ros", "--pace", "realtime", "--duration", "60",
              "--set", "controller.rearm=true",
              "--out", str(folder / "bag")], cwd=folder, env={**os.environ, "PYTHONPATH": str(ROOT)},
-            stdout=subprocess.DEVNULL, stderr=open(folder / "errors", "w"))
+            stdout=subprocess.DEVNULL, stderr=open(folder / "errors", "w", encoding="utf-8"))
         try:
             seen = reader.collect_until(after_s, run, folder)
             spawner = _children(run.pid)
@@ -106,17 +106,17 @@ class _reader:
         while not seen or max(seen) - min(seen) < seconds * 1e9:
             seen.update(self.take())
             if time.monotonic() > deadline or run.poll() is not None:
-                raise RuntimeError(f"the run gave no messages: {(folder / 'errors').read_text()}")
+                raise RuntimeError(f"the run gave no messages: {(folder / 'errors').read_text(encoding='utf-8')}")
             time.sleep(0.001)
         return seen
 
 
 def _children(pid):
-    return [int(number) for number in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+    return [int(number) for number in Path(f"/proc/{pid}/task/{pid}/children").read_text(encoding="utf-8").split()]
 
 
 def _name(pid):
-    return Path(f"/proc/{pid}/comm").read_text().strip()
+    return Path(f"/proc/{pid}/comm").read_text(encoding="utf-8").strip()
 
 
 def main() -> None:

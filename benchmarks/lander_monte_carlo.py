@@ -24,7 +24,7 @@ SHOWN = {"lateral_m": max, "speed_mps": max, "attitude_deg": max, "los_max_deg":
 
 def batch(name: str, first_seed: int | None, runs: int, jobs: int | None) -> dict:
     """Run one batch; returns its counts, extremes and wall time."""
-    data = yaml.safe_load((resources.files("scenarios") / f"{name}.yaml").read_text())
+    data = yaml.safe_load((resources.files("scenarios") / f"{name}.yaml").read_text(encoding="utf-8"))
     if first_seed is not None:
         data["vary"]["seed"] = first_seed
         data["vary"]["random"]["plant.draw_seed"] = {"count": first_seed}

@@ -85,7 +85,7 @@ def load_model(path) -> SpaceRobot:
     """Read and check a robot model from a YAML file. Raises `ModelError` with a sentence."""
     path = Path(path)
     try:
-        data = yaml.safe_load(path.read_text())
+        data = yaml.safe_load(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise ModelError(f"robot model {path}: cannot be read ({error.strerror})") from None
     except (yaml.YAMLError, UnicodeDecodeError) as error:

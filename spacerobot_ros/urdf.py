@@ -25,7 +25,7 @@ def load_urdf(source) -> SpaceRobot:
     if not text.lstrip().startswith("<"):
         where = f"URDF {text}"
         try:
-            text = Path(text).read_text()
+            text = Path(text).read_text(encoding="utf-8")
         except OSError as error:
             raise ModelError(f"{where}: cannot be read ({error.strerror})") from None
     try:

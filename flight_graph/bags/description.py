@@ -89,7 +89,7 @@ class _Plain(yaml.SafeDumper):
 def write_description(folder: Path, content: dict) -> None:
     """Write metadata.yaml so that it is there whole or not at all."""
     partial = folder / (FILE_NAME + ".partial")
-    with open(partial, "w", encoding="utf-8") as file:
+    with open(partial, "w", encoding="utf-8", newline="\n") as file:
         file.write(to_yaml({"rosbag2_bagfile_information": content}))
         file.flush()
         os.fsync(file.fileno())

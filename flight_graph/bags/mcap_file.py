@@ -14,6 +14,8 @@ from mcap import records
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 
+from flight_graph.bags.disk import new_file
+
 MAGIC = b"\x89MCAP0\r\n"
 LIBRARY = "flight_graph"
 ZSTD_LEVEL = -1
@@ -31,7 +33,7 @@ class McapFile:
     """An MCAP file open for appending. Not thread-safe."""
 
     def __init__(self, path):
-        self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
+        self._file = new_file(path)
         self.position = 0
         self._crc = 0
         self._compressor = zstandard.ZstdCompressor(level=ZSTD_LEVEL)

@@ -9,7 +9,6 @@ message that fills 64 KiB, and nothing of the wall clock enters. While recording
 (see `flight_graph.bags.journal`), which `close` removes last.
 """
 
-import os
 import shutil
 import struct
 import threading
@@ -20,6 +19,7 @@ from mcap import records
 from flight_graph.bags.batch import Batch
 from flight_graph.bags.byte_kernels import MESSAGE, MESSAGE_HEAD
 from flight_graph.bags.description import FILE_NAME, TopicDescription, describe, qos_text, to_yaml, write_description
+from flight_graph.bags.disk import sync_folder
 from flight_graph.bags.errors import BagError
 from flight_graph.bags.journal import FILE_NAME as MARK
 from flight_graph.bags.journal import FLUSH_PERIOD_S, Journal
@@ -186,8 +186,8 @@ class BagWriter:
                 self._guard(self._mcap.finish)
                 self._guard(self._mcap.sync)
                 self._guard(write_description, self.folder, content)
-                self._guard(self._journal.path.unlink)
-                self._guard(_sync_folder, self.folder)
+                self._guard(self._journal.remove)
+                self._guard(sync_folder, self.folder)
         finally:
             self._release()
 
@@ -265,14 +265,6 @@ def _make_folder(folder: Path, overwrite: bool):
         raise BagError(f"'{folder}' exists already; name another folder, or ask for overwriting") from None
     except OSError as error:
         raise BagError(_sentence(folder, error)) from error
-
-
-def _sync_folder(folder):
-    file = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(file)
-    finally:
-        os.close(file)
 
 
 def _sentence(folder, error):

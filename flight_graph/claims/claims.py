@@ -176,7 +176,7 @@ def read(paper: str) -> ClaimsFile:
     if paper not in known:
         raise unknown("paper", paper, known)
     try:
-        found = ClaimsFile.model_validate(yaml.safe_load(known[paper].read_text()))
+        found = ClaimsFile.model_validate(yaml.safe_load(known[paper].read_text(encoding="utf-8")))
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"]))

@@ -7,6 +7,7 @@ def main() -> int:
     """Run the command line; a FlightError becomes its sentence and status 2."""
     from flight_graph.cli.app import app
     from flight_graph.errors import FlightError
+    sys.stdout.reconfigure(errors="backslashreplace")  # a pipe of Windows has no Greek letters
     try:
         app()
     except FlightError as error:

@@ -49,7 +49,7 @@ def design(
     text = rules.parameter_file(made, site, rover)
     if out is not None:
         out.parent.mkdir(parents=True, exist_ok=True)
-        out.write_text(text)
+        out.write_text(text, encoding="utf-8", newline="\n")
     if as_json:
         print(json.dumps({
             "rule": made.rule, "parameters": made.parameters, "rate_hz": made.rate_hz,

@@ -39,7 +39,7 @@ def reference() -> str:
 def _scenarios():
     yield from ["## Scenarios", "", "| scenario | what it is | simulated |", "|---|---|---|"]
     for name, path in scenario.available().items():
-        data = yaml.safe_load(path.read_text())
+        data = yaml.safe_load(path.read_text(encoding="utf-8"))
         yield f"| `{name}` | {_cell(data['title'])} | {data['duration_s']:g} s |"
     yield ""
 
@@ -110,4 +110,4 @@ def _yes(flag):
 
 
 if __name__ == "__main__":
-    Path(sys.argv[1]).write_text(reference())
+    Path(sys.argv[1]).write_text(reference(), encoding="utf-8", newline="\n")

@@ -42,7 +42,8 @@ def list_(
     if scenario:
         _show_scenario(scenarios.load(scenario), as_json)
         return
-    titles = {name: yaml.safe_load(path.read_text())["title"] for name, path in scenarios.available().items()}
+    titles = {name: yaml.safe_load(path.read_text(encoding="utf-8"))["title"]
+              for name, path in scenarios.available().items()}
     components = {name: found.summary() for name, found in registry.components().items()}
     if as_json:
         print(json.dumps({"scenarios": titles, "components": components}))

@@ -19,7 +19,7 @@ from flight_graph.errors import FlightError
 def overrides(path: Path, components: dict[str, dict], folder: Path | None = None) -> dict[str, Any]:
     """Return ``component.parameter`` -> value. components: the scenario's entries by name. Raises FlightError."""
     try:
-        data = yaml.safe_load(Path(path).read_text())
+        data = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
         raise FlightError(f"--params {path}: {error.strerror.lower()}") from None
     except (yaml.YAMLError, UnicodeDecodeError) as error:

@@ -65,7 +65,7 @@ def _load(text, functions, name):
     path = cache_folder() / f"{module_name}.py"
     if not path.exists():
         draft = path.with_suffix(f".{os.getpid()}.tmp")
-        draft.write_text(text)
+        draft.write_text(text, encoding="utf-8", newline="\n")
         os.replace(draft, path)
     spec = importlib.util.spec_from_file_location(module_name, path)
     module = importlib.util.module_from_spec(spec)

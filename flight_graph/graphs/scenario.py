@@ -221,7 +221,7 @@ def read(name_or_path: str, overrides: dict[str, Any] | None = None) -> tuple[di
     elif not path.is_file():
         raise FlightError(f"there is no scenario file '{path}'")
     try:
-        data = yaml.safe_load(path.read_text())
+        data = yaml.safe_load(path.read_text(encoding="utf-8"))
     except yaml.YAMLError as error:
         raise FlightError(f"{path}: this is no YAML: {' '.join(str(error).split())}") from None
     if not isinstance(data, dict):

@@ -204,13 +204,13 @@ class Launch:
 
 def _specs(scenario, work, folder, pace, factor, timeout_s):
     resolved = work / "scenario.json"
-    resolved.write_text(json.dumps(scenario.resolved()))
+    resolved.write_text(json.dumps(scenario.resolved()), encoding="utf-8", newline="\n")
     specs = []
     for name, values in node_parameters(scenario, pace, factor, timeout_s).items():
         if name == RECORDER:
             values = {**values, "scenario": str(resolved), "out": str(folder)}
         path = work / f"{name}.yaml"
-        path.write_text(yaml.safe_dump({f"/**/{name}": {"ros__parameters": values}}))
+        path.write_text(yaml.safe_dump({f"/**/{name}": {"ros__parameters": values}}), encoding="utf-8", newline="\n")
         use = RECORDER if name == RECORDER else scenario.graph.nodes[name].use
         specs.append({"name": name, "use": use,
                       "arguments": ["--ros-args", "-r", f"__node:={name}", "--params-file", str(path)]})

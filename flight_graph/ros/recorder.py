@@ -205,5 +205,5 @@ def read_scenario(text: str) -> Scenario:
     """A scenario by name or YAML file, or the resolved one of a run as a JSON file."""
     from flight_graph.graphs.scenario import load
     if text.endswith(".json"):
-        return Scenario(json.loads(Path(text).read_text()), Path(text).name, Path(text).parent)
+        return Scenario(json.loads(Path(text).read_text(encoding="utf-8")), Path(text).name, Path(text).parent)
     return load(text)

@@ -4,7 +4,6 @@ A living owner holds a lock (flock) on ``fastrtps_<name>_el`` in /dev/shm. A seg
 which no process maps, is a leftover: it leaks space, and with the years a full /dev/shm stops the middleware.
 """
 
-import fcntl
 import os
 import time
 from pathlib import Path
@@ -47,8 +46,10 @@ def _is_settled(name, youngest_s) -> bool:
 
 
 def _is_locked(path) -> bool:
+    import fcntl  # not on Windows, where this module is imported but finds nothing
+
     try:
-        with path.open() as file:
+        with path.open(encoding="utf-8") as file:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except FileNotFoundError:
         return False
@@ -62,7 +63,7 @@ def _mapped() -> set[str]:
     found = set()
     for maps in Path("/proc").glob("[0-9]*/maps"):
         try:
-            text = maps.read_text()
+            text = maps.read_text(encoding="utf-8")
         except OSError:
             continue
         if "/dev/shm/" in text:

@@ -31,7 +31,7 @@ def follow_forks() -> bool:
 
 def _loaded():
     """The tracer's library, if this process has it mapped."""
-    for line in Path("/proc/self/maps").read_text().splitlines():
+    for line in Path("/proc/self/maps").read_text(encoding="utf-8").splitlines():
         path = line.split(maxsplit=5)[-1]
         if Path(path).name.startswith(("liblttng-ust.", "liblttng-ust-")) and "tracepoint" not in path:
             return ctypes.CDLL(path)

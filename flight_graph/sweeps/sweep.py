@@ -220,7 +220,7 @@ def _describe(sweep, folder):
     folder.mkdir(parents=True, exist_ok=True)
     text = json.dumps({"scenario": sweep.scenario.name, "fingerprint": sweep.fingerprint(),
                        "vary": sweep.scenario.file.vary, "overrides": sweep.overrides}, indent=1, default=str)
-    (folder / DESCRIPTION).write_text(text + "\n")
+    (folder / DESCRIPTION).write_text(text + "\n", encoding="utf-8", newline="\n")
 
 
 def _earlier(sweep, folder) -> dict:
@@ -228,7 +228,7 @@ def _earlier(sweep, folder) -> dict:
     description = folder / DESCRIPTION
     if not description.is_file():
         raise FlightError(f"--resume: {folder} holds no sweep ({DESCRIPTION} is missing)")
-    if json.loads(description.read_text()).get("fingerprint") != sweep.fingerprint():
+    if json.loads(description.read_text(encoding="utf-8")).get("fingerprint") != sweep.fingerprint():
         raise FlightError(f"--resume: the sweep in {folder} is another one: scenario, vary block or --set differ")
     if not (folder / TABLE).is_file():
         return {}

@@ -22,7 +22,7 @@ def load_obj(path: Path, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
     if not Path(path).is_file():
         raise FlightError(f"there is no mesh file '{path}'")
     vertices, faces = [], []
-    for number, line in enumerate(Path(path).read_text(errors="replace").splitlines(), 1):
+    for number, line in enumerate(Path(path).read_text(errors="replace", encoding="utf-8").splitlines(), 1):
         words = line.split("#")[0].split()
         try:
             if words[:1] == ["v"]:

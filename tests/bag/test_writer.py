@@ -192,7 +192,7 @@ def test_disk_full(tmp_path, monkeypatch, where):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     with monkeypatch.context() as patch:
-        patch.setattr(os, "pwrite" if where == "timer" else "write", full)
+        patch.setattr(os, "lseek" if where == "timer" else "write", full)
         with pytest.raises(BagError, match="no space left on device"):
             if where == "chunk":
                 for i in range(200, 500):
