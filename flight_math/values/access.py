@@ -9,7 +9,7 @@ from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, inf
 from numba.extending import lower_builtin, lower_getattr_generic
 
 from flight_math.errors import KernelError
-from flight_math.values.classes import is_mask, is_matrix, no_attribute
+from flight_math.values.classes import is_matrix, no_attribute, no_truth
 from flight_math.values.compiled_types import ValueType, components, from_registers, type_name
 from flight_math.values.refusals import refuse_compiled
 
@@ -150,10 +150,3 @@ class _Truth(AbstractTemplate):
 @infer_global(operator.not_)
 class _Not(_Truth):
     key = operator.not_
-
-
-def no_truth(kind) -> str:
-    """The sentence for a value in the place of a truth."""
-    if is_mask(kind):
-        return "a comparison of vectors gives several truths, not one: write any(...) or all(...)"
-    return f"a {kind.title} is no truth: compare it, and write any(...) or all(...)"

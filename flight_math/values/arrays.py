@@ -17,7 +17,7 @@ from numba.np.arrayobj import make_array, populate_array
 
 from flight_math.errors import refuse
 from flight_math.values.access import at, inside
-from flight_math.values.classes import Mat3, Quaternion, Vec, Vec3, described, is_matrix, kind_of
+from flight_math.values.classes import Mat3, Quaternion, Value, Vec, Vec3, described, is_matrix, kind_of
 from flight_math.values.compiled_types import ValueType, components, from_registers, type_name
 from flight_math.values.refusals import refuse_compiled
 
@@ -32,8 +32,8 @@ def _reader(kind, dimensions, allowed):
             key = function
 
             def generic(self, args, kws):
-                if len(args) == 1 and args[0] == ValueType(kind):
-                    return signature(args[0], *args)
+                if len(args) == 1 and isinstance(args[0], ValueType) and args[0].kind.count == kind.count:
+                    return signature(ValueType(kind), *args)
                 if len(args) == 1 and isinstance(args[0], types.Array) and args[0].ndim in dimensions:
                     return signature(ValueType(kind), *args)
                 return refuse_compiled(f"{function.__name__}({', '.join(map(type_name, args))}): {allowed}")
@@ -51,8 +51,8 @@ def _reader(kind, dimensions, allowed):
 
 
 def _read(function, kind, shapes, array):
-    if isinstance(array, kind):
-        return array
+    if isinstance(array, Value) and array.count == kind.count:
+        return kind.of(array.parts())
     if not isinstance(array, np.ndarray) or array.shape not in shapes:
         refuse(f"{function.__name__}{described((array,))}: {function.allowed}")
     return kind.of(array.ravel().tolist())

@@ -19,6 +19,7 @@ import numpy as np
 
 from flight_math.errors import refuse
 
+_REAL = (float, int, np.floating, np.integer)
 
 class ValueClass(type):
     """Class of the classes of values, by which records and the compiler know them."""
@@ -40,15 +41,16 @@ class Value(tuple, metaclass=ValueClass):
     title = "Value"  # name in sentences
     letters = ""  # names of components
     halves = None  # class of the two attributes real and dual
-    item = float
 
     @classmethod
     def made(cls, items):
         """A value of numbers, of halves, or of the elements of one array."""
         if len(items) == 1 and isinstance(items[0], np.ndarray):
-            if items[0].size != cls.count:
-                refuse(f"{cls.title} of an array of {items[0].size} numbers: {cls.count} are needed")
+            if items[0].shape not in (cls.shape, (cls.count,)):
+                refuse(f"{cls.title} of an array {items[0].shape}: {cls.count} numbers are needed")
             return cls.of(items[0].ravel().tolist())
+        if len(items) == 1 and isinstance(items[0], Value) and items[0].count == cls.count:
+            return cls.of(items[0].parts())
         if cls.halves is not None:
             if len(items) != 2 or not all(type(item) is cls.halves for item in items):
                 refuse(f"{cls.title}{described(items)}: needed are {cls.title}(real, dual), two of {cls.halves.title}")
@@ -61,6 +63,11 @@ class Value(tuple, metaclass=ValueClass):
     def of(cls, numbers):
         """A value of its numbers in order."""
         return tuple.__new__(cls, map(cls.item, numbers))
+
+    @staticmethod
+    def item(number):
+        """A component as it is kept: a Python float; numbers of other kinds (symbols, complex) as they are."""
+        return float(number) if isinstance(number, _REAL) else number
 
     def parts(self):
         """The numbers in order, a tuple of Python's floats."""
@@ -100,6 +107,9 @@ class Value(tuple, metaclass=ValueClass):
             raise AttributeError(name)
         return refuse(no_attribute(cls, name))
 
+    def __bool__(self):
+        refuse(no_truth(type(self)))
+
     def __repr__(self):
         return f"{type(self).title}({', '.join(map(repr, self.parts()))})"
 
@@ -107,7 +117,7 @@ class Value(tuple, metaclass=ValueClass):
 
 
 def _read(item):
-    return item if isinstance(item, bool) else np.float64(item)
+    return np.float64(item) if isinstance(item, float) else item
 
 
 def no_attribute(cls, name) -> str:
@@ -117,9 +127,17 @@ def no_attribute(cls, name) -> str:
     return f"a {cls.title} has no .{name}; it has {', '.join([*known, index])}"
 
 
+def no_truth(kind) -> str:
+    """The sentence for a value in the place of a truth."""
+    if is_mask(kind):
+        return "a comparison of vectors gives several truths, not one: write any(...) or all(...)"
+    return f"a {kind.title} is no truth: compare it, and write any(...) or all(...)"
+
+
 def kind_name(kind) -> str:
     """A kind in words: ``float`` is a number."""
-    return {float: "number", int: "whole number", bool: "truth"}.get(kind) or getattr(kind, "title", str(kind))
+    words = {float: "number", int: "whole number", bool: "truth", np.ndarray: "array"}
+    return words.get(kind) or getattr(kind, "title", getattr(kind, "__name__", str(kind)))
 
 
 def described(items) -> str:
@@ -133,7 +151,9 @@ def kind_of(item):
         return type(item)
     if isinstance(item, (bool, np.bool_)):
         return bool
-    return float if isinstance(item, (float, int, np.number)) else type(item)
+    if isinstance(item, np.ndarray):
+        return np.ndarray
+    return float if isinstance(item, _REAL) or (hasattr(item, "__sub__") and hasattr(item, "__mul__")) else type(item)
 
 
 class Vec3(Value):
@@ -176,9 +196,6 @@ class Mask(Value):
 
     __slots__ = ()
     count, shape, title, item = 3, (3,), "Mask", bool
-
-    def __bool__(self):
-        refuse("a comparison of vectors gives several truths, not one: write any(...) or all(...)")
 
     def __iter__(self):
         return tuple.__iter__(self)

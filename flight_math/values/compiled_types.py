@@ -1,6 +1,5 @@
 """Values as numba sees them: a type for each kind, an array of registers, and the way from and to plain Python."""
 
-import numba
 from llvmlite import ir
 from numba import types
 from numba.core import typing
@@ -61,7 +60,9 @@ class ConstructorType(types.Callable, types.Opaque):
 
 def constructor_arguments(kind, args):
     """Types that a class takes for arguments of types ``args``; None where it takes none."""
-    if len(args) == 1 and isinstance(args[0], types.Array) and args[0].ndim == len(kind.shape):
+    if len(args) == 1 and isinstance(args[0], types.Array) and args[0].ndim in (1, len(kind.shape)):
+        return args
+    if len(args) == 1 and isinstance(args[0], ValueType) and args[0].kind.count == kind.count and not is_mask(args[0].kind):
         return args
     if kind.halves is not None:
         return args if args == (ValueType(kind.halves),) * 2 else None
@@ -145,6 +146,8 @@ def _construct(context, builder, signature, args):
     if len(args) == 1 and isinstance(signature.args[0], types.Array):
         from flight_math.values.arrays import loaded  # arrays stand above the types
         return loaded(context, builder, kind, signature.args[0], args[0])
+    if len(args) == 1 and isinstance(signature.args[0], ValueType):
+        return args[0]
     if kind.kind.halves is not None:
         args = [part for half in args for part in components(builder, half)]
     return from_registers(context, builder, kind, args)
@@ -191,8 +194,3 @@ def _box_value(kind, register, c):
     for item in (*items, row):
         c.pyapi.decref(item)
     return made
-
-
-def typed(value):
-    """The numba type of an object of plain Python."""
-    return numba.typeof(value)
