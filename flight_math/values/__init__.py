@@ -4,7 +4,7 @@ Compiled they are registers; in plain Python (NUMBA_DISABLE_JIT=1, a debugger, a
 operators and the same bits. See docs/values.md.
 """
 
-from flight_math.values import access, compiled_types, compiled_views, operators  # noqa: F401 what the compiler has to know
+from flight_math.values import access, compiled_types, compiled_views, operators, refused  # noqa: F401 what the compiler has to know
 from flight_math.values.arrays import column, mat3, quaternion4, row, stack_array, vec3
 from flight_math.values.classes import DualQuaternion, DualVector, Mask, Mat, Mat3, Quaternion, Value, Vec, Vec3
 from flight_math.values.elementwise import elementwise

@@ -45,19 +45,21 @@ class Value(tuple, metaclass=ValueClass):
     @classmethod
     def made(cls, items):
         """A value of numbers, of halves, or of the elements of one array."""
-        if len(items) == 1 and isinstance(items[0], np.ndarray):
-            if items[0].shape not in (cls.shape, (cls.count,)):
-                refuse(f"{cls.title} of an array {items[0].shape}: {cls.count} numbers are needed")
+        if len(items) == 1 and isinstance(items[0], np.ndarray) and items[0].shape in (cls.shape, (cls.count,)):
             return cls.of(items[0].ravel().tolist())
         if len(items) == 1 and isinstance(items[0], Value) and items[0].count == cls.count:
             return cls.of(items[0].parts())
-        if cls.halves is not None:
-            if len(items) != 2 or not all(type(item) is cls.halves for item in items):
-                refuse(f"{cls.title}{described(items)}: needed are {cls.title}(real, dual), two of {cls.halves.title}")
+        if cls.halves is not None and len(items) == 2 and all(type(item) is cls.halves for item in items):
             return cls.of((*items[0].parts(), *items[1].parts()))
-        if len(items) != cls.count or any(isinstance(item, (Value, np.ndarray, str)) for item in items):
-            refuse(f"{cls.title}{described(items)}: needed are {cls.count} numbers")
-        return cls.of(items)
+        if len(items) == cls.count and not cls.halves and not any(isinstance(item, (Value, np.ndarray, str)) for item in items):
+            return cls.of(items)
+        return refuse(cls.call_refused([kind_name(kind_of(item)) for item in items]))
+
+    @classmethod
+    def call_refused(cls, names) -> str:
+        """The sentence for a class that is called with arguments of these kinds."""
+        need = f"two {cls.halves.title}, real and dual" if cls.halves else f"{cls.count} numbers"
+        return f"{cls.title}({', '.join(names)}): needed are {need}, or one array of {cls.count}"
 
     @classmethod
     def of(cls, numbers):
@@ -94,7 +96,10 @@ class Value(tuple, metaclass=ValueClass):
         return refuse(f"a {cls.title} is read as {'m[i, j]' if len(cls.shape) == 2 else 'v[i]'} with whole numbers")
 
     def __setitem__(self, at, value):
-        refuse(f"a {type(self).title} is a value: its components cannot be set; make a new one and assign that")
+        refuse(immutable(type(self)))
+
+    def __setattr__(self, name, value):
+        refuse(immutable(type(self)))
 
     def __getattr__(self, name):
         cls = type(self)
@@ -106,6 +111,9 @@ class Value(tuple, metaclass=ValueClass):
         if name.startswith("__"):
             raise AttributeError(name)
         return refuse(no_attribute(cls, name))
+
+    def __array__(self, dtype=None, copy=None):
+        return np.array(self.parts(), dtype).reshape(self.shape)
 
     def __bool__(self):
         refuse(no_truth(type(self)))
@@ -127,6 +135,11 @@ def no_attribute(cls, name) -> str:
     return f"a {cls.title} has no .{name}; it has {', '.join([*known, index])}"
 
 
+def immutable(kind) -> str:
+    """The sentence for a component that is set."""
+    return f"a {kind.title} is a value: its components cannot be set; make a new {kind.title} and assign that"
+
+
 def no_truth(kind) -> str:
     """The sentence for a value in the place of a truth."""
     if is_mask(kind):
@@ -136,6 +149,8 @@ def no_truth(kind) -> str:
 
 def kind_name(kind) -> str:
     """A kind in words: ``float`` is a number."""
+    if isinstance(kind, str):
+        return kind
     words = {float: "number", int: "whole number", bool: "truth", np.ndarray: "array"}
     return words.get(kind) or getattr(kind, "title", getattr(kind, "__name__", str(kind)))
 

@@ -47,8 +47,7 @@ class ConstructorType(types.Callable, types.Opaque):
         kind = self.kind
         arguments = constructor_arguments(kind, args) if not kws else None
         if arguments is None:
-            need = f"two of {kind.halves.title}" if kind.halves else f"{kind.count} numbers"
-            refuse_compiled(f"{kind.title}({', '.join(map(type_name, args))}): needed are {need}, or one array")
+            refuse_compiled(kind.call_refused(list(map(type_name, args))))
         return typing.signature(ValueType(kind), *arguments)
 
     def get_call_signatures(self):
@@ -84,7 +83,7 @@ def type_name(kind) -> str:
     """A numba type in words."""
     kind = types.unliteral(kind)
     if isinstance(kind, types.Array):
-        return f"array of {kind.ndim} dimension{'s' if kind.ndim > 1 else ''}"
+        return "array"
     return kind_name(kind_of_type(kind)) if kind_of_type(kind) is not None else str(kind)
 
 

@@ -3,26 +3,22 @@
 Of a number they give a number. `sincos` costs as much as one of the two.
 """
 
+from flight_math import elementary
 from flight_math.values.elementwise import elementwise
 
-try:
-    from flight_math import elementary as _numbers
-except ImportError:
-    from flight_math.values import library_functions as _numbers
-
-acos = elementwise(_numbers.acos)
-asin = elementwise(_numbers.asin)
-atan = elementwise(_numbers.atan)
-atan2 = elementwise(_numbers.atan2)
-cbrt = elementwise(_numbers.cbrt)
-cos = elementwise(_numbers.cos)
-exp = elementwise(_numbers.exp)
-expm1 = elementwise(_numbers.expm1)
-hypot = elementwise(_numbers.hypot)
-log = elementwise(_numbers.log)
-log1p = elementwise(_numbers.log1p)
-power = elementwise(_numbers.power)
-sin = elementwise(_numbers.sin)
-sincos = elementwise(_numbers.sincos)
-tan = elementwise(_numbers.tan)
-tanh = elementwise(_numbers.tanh)
+acos = elementwise(elementary.acos)
+asin = elementwise(elementary.asin)
+atan = elementwise(elementary.atan)
+atan2 = elementwise(elementary.atan2)
+cbrt = elementwise(elementary.cbrt)
+cos = elementwise(elementary.cos)
+exp = elementwise(elementary.exp)
+expm1 = elementwise(elementary.expm1)
+hypot = elementwise(elementary.hypot)
+log = elementwise(elementary.log)
+log1p = elementwise(elementary.log1p)
+power = elementwise(elementary.power)
+sin = elementwise(elementary.sin)
+sincos = elementwise(elementary.sincos)
+tan = elementwise(elementary.tan)
+tanh = elementwise(elementary.tanh)
