@@ -1,6 +1,7 @@
 """Components of values in compiled kernels: attributes, constant and run-time indices, and what may not be set."""
 
 import operator
+import sys
 
 from llvmlite import ir
 from numba import types
@@ -9,8 +10,8 @@ from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, inf
 from numba.extending import lower_builtin, lower_getattr_generic
 
 from flight_math.errors import KernelError
-from flight_math.values.classes import is_mask, is_matrix, no_attribute
-from flight_math.values.compiled_types import ValueType, components, from_registers, type_name
+from flight_math.values.classes import Mat, Vec, immutable, is_matrix, no_attribute, no_truth
+from flight_math.values.compiled_types import ConstructorType, ValueType, components, from_registers, type_name
 from flight_math.values.refusals import refuse_compiled
 
 
@@ -19,7 +20,13 @@ from flight_math.values.refusals import refuse_compiled
 class _ValueAttributes(AttributeTemplate):
     key = ValueType
 
-    def generic_resolve(self, value, name):
+    def resolve(self, value, attr):
+        if sys._getframe(1).f_code.co_name == "resolve_setattr":  # numba asks the same for reading and setting
+            refuse_compiled(immutable(value.kind))
+        return self.component(value, attr)
+
+    def component(self, value, name):
+        """Type of an attribute."""
         kind = value.kind
         if kind.halves is not None and name in ("real", "dual"):
             return ValueType(kind.halves)
@@ -110,16 +117,12 @@ class _SetItem(AbstractTemplate):
 
     def generic(self, args, kws):
         if isinstance(args[0], ValueType):
-            _immutable(args[0].kind)
+            refuse_compiled(immutable(args[0].kind))
 
 
 @infer
 class _SetConstantItem(_SetItem):
     key = "static_setitem"
-
-
-def _immutable(kind):
-    refuse_compiled(f"a {kind.title} is a value: its components cannot be set; make a new {kind.title} and assign that")
 
 
 # -- other questions -------------------------------------------------------------------------------------------------------
@@ -152,8 +155,24 @@ class _Not(_Truth):
     key = operator.not_
 
 
-def no_truth(kind) -> str:
-    """The sentence for a value in the place of a truth."""
-    if is_mask(kind):
-        return "a comparison of vectors gives several truths, not one: write any(...) or all(...)"
-    return f"a {kind.title} is no truth: compare it, and write any(...) or all(...)"
+# -- classes of sizes ------------------------------------------------------------------------------------------------------
+class _Sized(AbstractTemplate):
+    """Vec(4) and Mat(2, 6) in a kernel, with constants."""
+
+    prefer_literal = True
+
+    def generic(self, args, kws):
+        sizes = [argument.literal_value for argument in args if isinstance(argument, types.IntegerLiteral)]
+        make = type(self).key
+        if kws or len(sizes) != (1 if make is Vec else 2) or len(args) != len(sizes):
+            refuse_compiled(f"{make.__name__}(...) in a kernel takes constants: name it outside, Vec7 = Vec(7)")
+        return signature(ConstructorType(make(*sizes)), *args)
+
+
+def _no_value(context, builder, signature, args):
+    return context.get_dummy_value()
+
+
+for _make in (Vec, Mat):
+    infer_global(_make, types.Function(type("Template", (_Sized,), {"key": _make})))
+    lower_builtin(_make, types.VarArg(types.Any))(_no_value)

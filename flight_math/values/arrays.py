@@ -17,7 +17,7 @@ from numba.np.arrayobj import make_array, populate_array
 
 from flight_math.errors import refuse
 from flight_math.values.access import at, inside
-from flight_math.values.classes import Mat3, Quaternion, Vec, Vec3, described, is_matrix, kind_of
+from flight_math.values.classes import Mat3, Quaternion, Value, Vec, Vec3, described, is_matrix, kind_of
 from flight_math.values.compiled_types import ValueType, components, from_registers, type_name
 from flight_math.values.refusals import refuse_compiled
 
@@ -32,8 +32,8 @@ def _reader(kind, dimensions, allowed):
             key = function
 
             def generic(self, args, kws):
-                if len(args) == 1 and args[0] == ValueType(kind):
-                    return signature(args[0], *args)
+                if len(args) == 1 and isinstance(args[0], ValueType) and args[0].kind.count == kind.count:
+                    return signature(ValueType(kind), *args)
                 if len(args) == 1 and isinstance(args[0], types.Array) and args[0].ndim in dimensions:
                     return signature(ValueType(kind), *args)
                 return refuse_compiled(f"{function.__name__}({', '.join(map(type_name, args))}): {allowed}")
@@ -51,8 +51,8 @@ def _reader(kind, dimensions, allowed):
 
 
 def _read(function, kind, shapes, array):
-    if isinstance(array, kind):
-        return array
+    if isinstance(array, Value) and array.count == kind.count:
+        return kind.of(array.parts())
     if not isinstance(array, np.ndarray) or array.shape not in shapes:
         refuse(f"{function.__name__}{described((array,))}: {function.allowed}")
     return kind.of(array.ravel().tolist())
@@ -115,10 +115,11 @@ class _StoreTemplate(AbstractTemplate):
         if not isinstance(array, types.Array) or not isinstance(value, ValueType):
             return None
         row = self.context.resolve_function_type(operator.getitem, (array, index), {}).return_type
-        fits = isinstance(row, types.Array) and row.dtype == types.float64 and row.ndim in (1, len(value.kind.shape))
+        fits = isinstance(row, types.Array) and row.dtype == types.float64 and row.ndim == len(value.kind.shape)
         if not fits:
-            refuse_compiled(f"a {value.kind.title} does not fit {type_name(array)} at this index: "
-                            f"it fills a row of {' x '.join(map(str, value.kind.shape))} float64 numbers")
+            refuse_compiled(f"a {value.kind.title} does not fit an array of {array.ndim} dimensions at this index: "
+                            f"it fills {' x '.join(map(str, value.kind.shape))} float64 numbers"
+                            f"{f'; for a row of {value.kind.count} write Vec({value.kind.count})(m)' * is_matrix(value.kind)}")
         return signature(types.none, array, types.unliteral(index), value)
 
 
@@ -137,18 +138,18 @@ def _store(context, builder, signature, args):
 # -- rows and columns of matrices ------------------------------------------------------------------------------------------
 def row(matrix, i):
     """Row i of a matrix."""
-    return Vec(_width(matrix, "row")).of(matrix[i, j] for j in range(kind_of(matrix).shape[1]))
+    return Vec(_width(matrix, i, "row")).of(matrix[i, j] for j in range(kind_of(matrix).shape[1]))
 
 
 def column(matrix, j):
     """Column j of a matrix."""
-    _width(matrix, "column")
+    _width(matrix, j, "column")
     return Vec(kind_of(matrix).shape[0]).of(matrix[i, j] for i in range(kind_of(matrix).shape[0]))
 
 
-def _width(matrix, name):
-    if not is_matrix(kind_of(matrix)):
-        refuse(f"{name}{described((matrix,))}: needed are a matrix and a whole number")
+def _width(matrix, index, name):
+    if not is_matrix(kind_of(matrix)) or not isinstance(index, (int, np.integer)):
+        refuse(f"{name}{described((matrix, index))}: needed are a matrix and a whole number")
     return kind_of(matrix).shape[1]
 
 
@@ -184,6 +185,8 @@ _line(column, 0)
 # -- work arrays -----------------------------------------------------------------------------------------------------------
 def stack_array(*shape):
     """A zeroed float64 array of this shape that lives until the function returns. Not in a loop, and never returned."""
+    if not 1 <= len(shape) <= 4 or not all(isinstance(length, (int, np.integer)) for length in shape):
+        refuse(f"stack_array{described(shape)}: needed are one to four whole numbers")
     return np.zeros(shape)
 
 

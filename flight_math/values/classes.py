@@ -19,6 +19,7 @@ import numpy as np
 
 from flight_math.errors import refuse
 
+_REAL = (float, int, np.floating, np.integer)
 
 class ValueClass(type):
     """Class of the classes of values, by which records and the compiler know them."""
@@ -40,27 +41,35 @@ class Value(tuple, metaclass=ValueClass):
     title = "Value"  # name in sentences
     letters = ""  # names of components
     halves = None  # class of the two attributes real and dual
-    item = float
 
     @classmethod
     def made(cls, items):
         """A value of numbers, of halves, or of the elements of one array."""
-        if len(items) == 1 and isinstance(items[0], np.ndarray):
-            if items[0].size != cls.count:
-                refuse(f"{cls.title} of an array of {items[0].size} numbers: {cls.count} are needed")
+        if len(items) == 1 and isinstance(items[0], np.ndarray) and items[0].shape in (cls.shape, (cls.count,)):
             return cls.of(items[0].ravel().tolist())
-        if cls.halves is not None:
-            if len(items) != 2 or not all(type(item) is cls.halves for item in items):
-                refuse(f"{cls.title}{described(items)}: needed are {cls.title}(real, dual), two of {cls.halves.title}")
+        if len(items) == 1 and isinstance(items[0], Value) and items[0].count == cls.count:
+            return cls.of(items[0].parts())
+        if cls.halves is not None and len(items) == 2 and all(type(item) is cls.halves for item in items):
             return cls.of((*items[0].parts(), *items[1].parts()))
-        if len(items) != cls.count or any(isinstance(item, (Value, np.ndarray, str)) for item in items):
-            refuse(f"{cls.title}{described(items)}: needed are {cls.count} numbers")
-        return cls.of(items)
+        if len(items) == cls.count and not cls.halves and not any(isinstance(item, (Value, np.ndarray, str)) for item in items):
+            return cls.of(items)
+        return refuse(cls.call_refused([kind_name(kind_of(item)) for item in items]))
+
+    @classmethod
+    def call_refused(cls, names) -> str:
+        """The sentence for a class that is called with arguments of these kinds."""
+        need = f"two {cls.halves.title}, real and dual" if cls.halves else f"{cls.count} numbers"
+        return f"{cls.title}({', '.join(names)}): needed are {need}, or one array of {cls.count}"
 
     @classmethod
     def of(cls, numbers):
         """A value of its numbers in order."""
         return tuple.__new__(cls, map(cls.item, numbers))
+
+    @staticmethod
+    def item(number):
+        """A component as it is kept: a Python float; numbers of other kinds (symbols, complex) as they are."""
+        return float(number) if isinstance(number, _REAL) else number
 
     def parts(self):
         """The numbers in order, a tuple of Python's floats."""
@@ -87,7 +96,10 @@ class Value(tuple, metaclass=ValueClass):
         return refuse(f"a {cls.title} is read as {'m[i, j]' if len(cls.shape) == 2 else 'v[i]'} with whole numbers")
 
     def __setitem__(self, at, value):
-        refuse(f"a {type(self).title} is a value: its components cannot be set; make a new one and assign that")
+        refuse(immutable(type(self)))
+
+    def __setattr__(self, name, value):
+        refuse(immutable(type(self)))
 
     def __getattr__(self, name):
         cls = type(self)
@@ -100,6 +112,12 @@ class Value(tuple, metaclass=ValueClass):
             raise AttributeError(name)
         return refuse(no_attribute(cls, name))
 
+    def __array__(self, dtype=None, copy=None):
+        return np.array(self.parts(), dtype).reshape(self.shape)
+
+    def __bool__(self):
+        refuse(no_truth(type(self)))
+
     def __repr__(self):
         return f"{type(self).title}({', '.join(map(repr, self.parts()))})"
 
@@ -107,7 +125,7 @@ class Value(tuple, metaclass=ValueClass):
 
 
 def _read(item):
-    return item if isinstance(item, bool) else np.float64(item)
+    return np.float64(item) if isinstance(item, float) else item
 
 
 def no_attribute(cls, name) -> str:
@@ -117,9 +135,24 @@ def no_attribute(cls, name) -> str:
     return f"a {cls.title} has no .{name}; it has {', '.join([*known, index])}"
 
 
+def immutable(kind) -> str:
+    """The sentence for a component that is set."""
+    return f"a {kind.title} is a value: its components cannot be set; make a new {kind.title} and assign that"
+
+
+def no_truth(kind) -> str:
+    """The sentence for a value in the place of a truth."""
+    if is_mask(kind):
+        return "a comparison of vectors gives several truths, not one: write any(...) or all(...)"
+    return f"a {kind.title} is no truth: compare it, and write any(...) or all(...)"
+
+
 def kind_name(kind) -> str:
     """A kind in words: ``float`` is a number."""
-    return {float: "number", int: "whole number", bool: "truth"}.get(kind) or getattr(kind, "title", str(kind))
+    if isinstance(kind, str):
+        return kind
+    words = {float: "number", int: "whole number", bool: "truth", np.ndarray: "array"}
+    return words.get(kind) or getattr(kind, "title", getattr(kind, "__name__", str(kind)))
 
 
 def described(items) -> str:
@@ -133,7 +166,9 @@ def kind_of(item):
         return type(item)
     if isinstance(item, (bool, np.bool_)):
         return bool
-    return float if isinstance(item, (float, int, np.number)) else type(item)
+    if isinstance(item, np.ndarray):
+        return np.ndarray
+    return float if isinstance(item, _REAL) or (hasattr(item, "__sub__") and hasattr(item, "__mul__")) else type(item)
 
 
 class Vec3(Value):
@@ -176,9 +211,6 @@ class Mask(Value):
 
     __slots__ = ()
     count, shape, title, item = 3, (3,), "Mask", bool
-
-    def __bool__(self):
-        refuse("a comparison of vectors gives several truths, not one: write any(...) or all(...)")
 
     def __iter__(self):
         return tuple.__iter__(self)

@@ -1,6 +1,5 @@
 """Values as numba sees them: a type for each kind, an array of registers, and the way from and to plain Python."""
 
-import numba
 from llvmlite import ir
 from numba import types
 from numba.core import typing
@@ -48,8 +47,7 @@ class ConstructorType(types.Callable, types.Opaque):
         kind = self.kind
         arguments = constructor_arguments(kind, args) if not kws else None
         if arguments is None:
-            need = f"two of {kind.halves.title}" if kind.halves else f"{kind.count} numbers"
-            refuse_compiled(f"{kind.title}({', '.join(map(type_name, args))}): needed are {need}, or one array")
+            refuse_compiled(kind.call_refused(list(map(type_name, args))))
         return typing.signature(ValueType(kind), *arguments)
 
     def get_call_signatures(self):
@@ -61,7 +59,9 @@ class ConstructorType(types.Callable, types.Opaque):
 
 def constructor_arguments(kind, args):
     """Types that a class takes for arguments of types ``args``; None where it takes none."""
-    if len(args) == 1 and isinstance(args[0], types.Array) and args[0].ndim == len(kind.shape):
+    if len(args) == 1 and isinstance(args[0], types.Array) and args[0].ndim in (1, len(kind.shape)):
+        return args
+    if len(args) == 1 and isinstance(args[0], ValueType) and args[0].kind.count == kind.count and not is_mask(args[0].kind):
         return args
     if kind.halves is not None:
         return args if args == (ValueType(kind.halves),) * 2 else None
@@ -83,7 +83,7 @@ def type_name(kind) -> str:
     """A numba type in words."""
     kind = types.unliteral(kind)
     if isinstance(kind, types.Array):
-        return f"array of {kind.ndim} dimension{'s' if kind.ndim > 1 else ''}"
+        return "array"
     return kind_name(kind_of_type(kind)) if kind_of_type(kind) is not None else str(kind)
 
 
@@ -145,6 +145,8 @@ def _construct(context, builder, signature, args):
     if len(args) == 1 and isinstance(signature.args[0], types.Array):
         from flight_math.values.arrays import loaded  # arrays stand above the types
         return loaded(context, builder, kind, signature.args[0], args[0])
+    if len(args) == 1 and isinstance(signature.args[0], ValueType):
+        return args[0]
     if kind.kind.halves is not None:
         args = [part for half in args for part in components(builder, half)]
     return from_registers(context, builder, kind, args)
@@ -191,8 +193,3 @@ def _box_value(kind, register, c):
     for item in (*items, row):
         c.pyapi.decref(item)
     return made
-
-
-def typed(value):
-    """The numba type of an object of plain Python."""
-    return numba.typeof(value)

@@ -1,8 +1,10 @@
 """Views of records in compiled kernels: a pointer to the record, loads and stores of the fields that are named."""
 
 import hashlib
+import math
 import sys
 
+import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
@@ -13,7 +15,7 @@ from numba.np.arrayobj import make_array, populate_array
 
 from flight_math.values.compiled_types import ValueType, components, from_registers, kind_of_type, type_name
 from flight_math.values.refusals import refuse_compiled
-from flight_math.values.views import NO_KINDS, Kinds, View, no_entry, not_assigned_whole, view, wrong_kind
+from flight_math.values.views import NO_KINDS, Kinds, View, assignable, no_entry, view, wrong_count, wrong_kind
 
 
 class ViewType(types.Type):
@@ -99,9 +101,8 @@ class _ViewAttributes(AttributeTemplate):
 
     def resolve(self, value, attr):
         asked = sys._getframe(1)  # numba asks the same for reading and assigning, and keeps to itself what is assigned
-        if asked.f_code.co_name == "resolve_setattr":
-            refuse_assignment(value, attr, asked.f_locals["value"])
-        return field_type(value, attr)
+        kind = field_type(value, attr)
+        return stored_type(value, attr, asked.f_locals["value"]) if asked.f_code.co_name == "resolve_setattr" else kind
 
 
 def member(context, builder, viewed, pointer, name, kind):
@@ -140,23 +141,58 @@ def _by_reference(context, builder, viewed, pointer, name, kind):
     return array._getvalue()
 
 
-@lower_setattr_generic(ViewType)
-def _set(context, builder, signature, args, name):
-    viewed, given = signature.args
-    pointer, value = args
+def stored_type(viewed, name, given):
+    """The type that a store into a field takes; it refuses what does not fit."""
     kind = field_type(viewed, name)
-    if isinstance(kind, ValueType):
-        place = member(context, builder, viewed, pointer, name, ir.ArrayType(ir.DoubleType(), kind.kind.count))
-        for i, part in enumerate(components(builder, value)):
-            builder.store(part, cgutils.gep_inbounds(builder, place, 0, i), align=alignment(viewed))
+    if not assignable(reading(kind), reading(given)):
+        refuse_compiled(wrong_kind(name, reading(kind), reading(given)))
+    if isinstance(given, ValueType) and given.kind.count != math.prod(viewed.record.typeof(name).shape):
+        refuse_compiled(wrong_count(name, viewed.record.typeof(name).shape, given.kind.count))
+    if isinstance(given, types.Array) and given.ndim != 1 and given.layout != "C":
+        refuse_compiled(f"an array with gaps is assigned to '{name}': copy it element by element")
+    return given if isinstance(given, (types.Array, ValueType)) else kind
+
+
+def reading(kind):
+    """A type as `flight_math.values.views.reads_as` has it."""
+    if isinstance(kind, types.Array):
+        return np.ndarray
+    return View if isinstance(kind, ViewType) else kind_of_type(kind) or type_name(kind)
+
+
+@lower_setattr_generic(ViewType)
+def _set(context, builder, sig, args, name):
+    viewed, given = sig.args
+    pointer, value = args
+    if not isinstance(given, (ValueType, types.Array)):
+        setter = context.get_setattr(name, signature(types.none, viewed.record, given))
+        setter(builder, (pointer, value))
         return
-    setter = context.get_setattr(name, signature_of(viewed.record, given))
-    setter(builder, (pointer, value))
+    stored = viewed.record.typeof(name)
+    count = math.prod(stored.shape)
+    place = member(context, builder, viewed, pointer, name, ir.ArrayType(context.get_data_type(stored.dtype), count))
+
+    def store(number, kind, index):
+        number = context.cast(builder, number, kind, stored.dtype)
+        builder.store(number, cgutils.gep_inbounds(builder, place, 0, index), align=alignment(viewed))
+
+    if isinstance(given, ValueType):
+        for i, number in enumerate(components(builder, value)):
+            store(number, types.float64, i)
+        return
+    array = make_array(given)(context, builder, value)
+    _check_size(context, builder, array, count)
+    stride = builder.extract_value(array.strides, given.ndim - 1)
+    with cgutils.for_range(builder, context.get_constant(types.intp, count)) as loop:
+        store(builder.load(cgutils.pointer_add(builder, array.data, builder.mul(stride, loop.index))), given.dtype, loop.index)
 
 
-def signature_of(record, given):
-    """Signature of a store into a record."""
-    return signature(types.none, record, given)
+def _check_size(context, builder, array, count):
+    """With bounds checks, an IndexError where an array is not as long as the field it is assigned to."""
+    if context.enable_boundscheck:
+        wrong = builder.icmp_signed("!=", array.nitems, context.get_constant(types.intp, count))
+        with builder.if_then(wrong, likely=False):
+            context.call_conv.return_user_exc(builder, IndexError, ("an array of another length than the field",))
 
 
 # -- from plain Python -----------------------------------------------------------------------------------------------------
@@ -172,15 +208,3 @@ def _unbox_view(kind, viewed, c):
     native = c.unbox(kind.record, record)
     c.pyapi.decref(record)
     return native
-
-
-def refuse_assignment(viewed, name, given):
-    """Refuse what may not be stored in a field; called when an assignment is typed."""
-    kind = field_type(viewed, name)
-    if isinstance(kind, ValueType):
-        if given != kind:
-            refuse_compiled(wrong_kind(name, kind.kind, type_name(given)))
-    elif isinstance(kind, (types.Array, ViewType)):
-        refuse_compiled(not_assigned_whole(name, isinstance(kind, ViewType)))
-    elif kind_of_type(given) not in (float, bool):
-        refuse_compiled(wrong_kind(name, float, type_name(given)))

@@ -3,16 +3,19 @@
 import functools
 
 import numpy as np
+from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import lower_builtin
 
 from flight_math.errors import refuse
 from flight_math.kernel import kernel, plain
 from flight_math.values.classes import Value, described, is_matrix, is_vector, kind_of, mask_of
-from flight_math.values.compiled_types import ValueType, from_registers, type_name
+from flight_math.values.compiled_types import ValueType, type_name
 from flight_math.values.refusals import refuse_compiled
 
+_WORD = ir.IntType(64)
 _NEEDED = "needed are numbers and vectors of one kind"
 
 
@@ -70,19 +73,46 @@ def _teach(lifted, compiled):
 
     @lower_builtin(lifted, types.VarArg(types.Any))
     def lower(context, builder, sig, args):
-        numbers = tuple(types.float64 if isinstance(kind, ValueType) else kind for kind in sig.args)
-        of_numbers = callee.get_call_type(context.typing_context, numbers, {})
+        kinds = tuple(types.float64 if isinstance(kind, ValueType) else kind for kind in sig.args)
+        of_numbers = callee.get_call_type(context.typing_context, kinds, {})
         call = context.get_function(callee, of_numbers)
         kind = next((argument.kind for argument in sig.args if isinstance(argument, ValueType)), None)
         if kind is None:
             return call(builder, args)
-        results = [call(builder, [builder.extract_value(register, i) if isinstance(argument, ValueType) else register
-                                  for argument, register in zip(sig.args, args)]) for i in range(kind.count)]
-        if isinstance(sig.return_type, types.BaseTuple):
-            columns = [[builder.extract_value(result, k) for result in results] for k in range(len(sig.return_type))]
-            return context.make_tuple(builder, sig.return_type, [
-                from_registers(context, builder, part, column) for part, column in zip(sig.return_type, columns)])
-        return from_registers(context, builder, sig.return_type, results)
+        return _looped(context, builder, sig, args, kind.count, lambda numbers: call(builder, numbers))
+
+
+def _looped(context, builder, sig, args, count, call):
+    """One call in a loop over the components, so that its code, which is put in its place, stands there once.
+
+    Components that are equal to the one before, bit for bit, share its result.
+    """
+    rows = {i: cgutils.alloca_once_value(builder, args[i]) for i, kind in enumerate(sig.args) if isinstance(kind, ValueType)}
+    parts = list(sig.return_type) if isinstance(sig.return_type, types.BaseTuple) else [sig.return_type]
+    places = [cgutils.alloca_once(builder, context.get_value_type(part)) for part in parts]
+    with cgutils.for_range(builder, ir.Constant(_WORD, count)) as loop:
+        before = builder.select(builder.icmp_signed("==", loop.index, ir.Constant(_WORD, 0)), loop.index,
+                                builder.sub(loop.index, ir.Constant(_WORD, 1)))
+        differs = builder.icmp_signed("==", loop.index, ir.Constant(_WORD, 0))
+        for place in rows.values():
+            words = builder.bitcast(place, ir.ArrayType(_WORD, count).as_pointer())
+            here, there = (builder.load(cgutils.gep_inbounds(builder, words, 0, at)) for at in (loop.index, before))
+            differs = builder.or_(differs, builder.icmp_signed("!=", here, there))
+        with builder.if_else(differs) as (new, old):
+            with new:
+                result = call([builder.load(cgutils.gep_inbounds(builder, rows[i], 0, loop.index)) if i in rows else args[i]
+                               for i in range(len(args))])
+                items = [result] if len(parts) == 1 else [builder.extract_value(result, k) for k in range(len(parts))]
+                for item, place in zip(items, places):
+                    builder.store(item, cgutils.gep_inbounds(builder, place, 0, loop.index))
+            with old:
+                for place in places:
+                    builder.store(builder.load(cgutils.gep_inbounds(builder, place, 0, before)),
+                                  cgutils.gep_inbounds(builder, place, 0, loop.index))
+    results = [builder.load(place) for place in places]
+    if isinstance(sig.return_type, types.BaseTuple):
+        return context.make_tuple(builder, sig.return_type, results)
+    return results[0]
 
 
 def lifted_type(kind, result):

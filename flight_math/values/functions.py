@@ -3,7 +3,9 @@
 A vector is a Vec3 or a Vec(n). Sums run from the first component to the last.
 """
 
-from flight_math.values.classes import Quaternion, Value, Vec, Vec3, is_mask, is_vector
+import operator
+
+from flight_math.values.classes import DualVector, Quaternion, Value, Vec, Vec3, is_mask, is_vector
 from flight_math.values.operation import operation
 from flight_math.values.operators import by_component, dot_product, rows
 from flight_math.values.symbols import choose, how_many, quotient, root
@@ -89,6 +91,12 @@ def maximum(a, b):
     return _lifted(_greater)(a, b)
 
 
+@operation(lambda v: _alike(v), "needed is a vector or a number")
+def sqrt(v):
+    """The square root of each component; NaN of a negative one."""
+    return _lifted(root)(v)
+
+
 @operation(_where, "needed are a Mask (a comparison of vectors) and two vectors or numbers, or a truth and two of one kind")
 def where(condition, a, b):
     """a where the condition holds, b elsewhere; component by component with a Mask."""
@@ -107,10 +115,19 @@ def dot(a, b):
     return dot_product(a, b)
 
 
-@operation(lambda a, b: Vec3 if a is b is Vec3 else None, "needed are two Vec3")
-def cross(a, b):
-    """a x b"""
+def _cross(a, b):
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def _dual_cross(a, b):
+    mixed = by_component(operator.add)(_cross(a[:3], b[3:]), _cross(a[3:], b[:3]))
+    return *_cross(a[:3], b[:3]), *mixed
+
+
+@operation(lambda a, b: {(Vec3, Vec3): (Vec3, _cross), (DualVector, DualVector): (DualVector, _dual_cross)}.get((a, b)),
+           "needed are two Vec3, or two DualVector")
+def cross(a, b):
+    """a x b; of dual vectors a x b + eps (a x b' + a' x b)."""
 
 
 @operation(lambda v: float if is_vector(v) or v is Quaternion else None, "needed is a vector or a Quaternion")

@@ -24,7 +24,10 @@ from flight_math.values.refusals import refuse_compiled
 
 
 def operation(rule, allowed: str):
-    """Make a function of values of a formula; ``allowed`` ends the sentence of a refusal."""
+    """Make a function of values of a formula; ``allowed`` ends the sentence of a refusal.
+
+    ``function.resolve(kinds)`` gives (kind of the result, formula), or None, for who reads kernels without compiling them.
+    """
     def decorate(formula):
         resolve = resolver(rule, formula)
 
@@ -36,6 +39,7 @@ def operation(rule, allowed: str):
             return computed(resolve, args, refusal)
 
         register([function], resolve, lambda names, kinds: refusal(names), True)
+        function.resolve = resolve
         return function
     return decorate
 
@@ -73,7 +77,7 @@ def numbers(argument):
     """What a formula takes of an argument."""
     if isinstance(argument, Value):
         return argument.parts()
-    return bool(argument) if isinstance(argument, (bool, np.bool_)) else float(argument)
+    return bool(argument) if isinstance(argument, (bool, np.bool_)) else Value.item(argument)
 
 
 def finished(kind, result):
@@ -81,7 +85,7 @@ def finished(kind, result):
     if isinstance(kind, tuple):
         return tuple(map(finished, kind, result))
     if kind is float:
-        return np.float64(result)
+        return np.float64(result) if isinstance(result, float) else result
     return kind(result) if kind in (bool, int) else kind.of(result)
 
 

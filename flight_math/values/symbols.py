@@ -111,6 +111,8 @@ def root(number):
     """The square root; NaN of a negative number."""
     if isinstance(number, Symbol):
         return _intrinsic("sqrt", number)
+    if not isinstance(number, float):
+        return number ** 0.5
     return math.sqrt(number) if number >= 0.0 else math.nan
 
 

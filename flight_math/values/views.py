@@ -6,13 +6,14 @@ numbers, arrays by reference, nested records as views.
 """
 
 import difflib
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from flight_math.errors import refuse
-from flight_math.values.classes import Mask, Value, kind_name, kind_of
+from flight_math.values.classes import Value, is_matrix, is_vector, kind_name, kind_of
 
 
 @dataclass(frozen=True)
@@ -52,15 +53,43 @@ def no_entry(name, names) -> str:
         f"there is no '{name}' here; there are: {', '.join(names)}")
 
 
-def wrong_kind(name, wanted, given) -> str:
+def reads_as(dtype, kinds, name):
+    """What a field reads as: a class of values, float, int, bool, numpy.ndarray (by reference), or View (nested)."""
+    stored, kind = dtype[name], kinds.by_name.get(name)
+    if isinstance(kind, type):
+        return kind
+    if stored.names:
+        return View
+    return np.ndarray if stored.shape else {"f": float, "b": bool}.get(stored.kind, int)
+
+
+def assignable(kind, given) -> bool:
+    """Whether what is of the kind ``given`` may be assigned to a field that reads as ``kind``."""
+    if kind is View:
+        return False
+    if kind is np.ndarray:
+        return given is np.ndarray or is_vector(given) or is_matrix(given)
+    if is_value_class(kind):
+        return given is kind or given is np.ndarray
+    return given in (float, int, bool)
+
+
+def wrong_kind(name, kind, given) -> str:
     """The sentence for an assignment of another kind."""
-    remedy = f"; an array of {wanted.count} numbers is made one by {maker(wanted)}(...)" if given.startswith("array") else ""
-    return f"'{name}' is a {kind_name(wanted)}, and a {given} is assigned to it{remedy}"
+    if kind is View:
+        return f"'{name}' is a nested record: assign its fields one by one"
+    wanted = {np.ndarray: "array"}.get(kind) or kind_name(kind)
+    return f"'{name}' is {article(wanted)} {wanted}, and {article(kind_name(given))} {kind_name(given)} is assigned to it"
 
 
-def maker(kind) -> str:
-    """The function or class that makes a value of an array."""
-    return {"Vec3": "vec3", "Mat3": "mat3", "Quaternion": "quaternion4"}.get(kind.title, kind.title)
+def wrong_count(name, shape, count) -> str:
+    """The sentence for an assignment of another length."""
+    return f"'{name}' holds {' x '.join(map(str, shape))} numbers, and {count} are assigned to it"
+
+
+def article(word) -> str:
+    """a or an"""
+    return "an" if word[0] in "aeiou" else "a"
 
 
 class View:
@@ -78,39 +107,28 @@ class View:
         record = self._record
         if name not in record.dtype.names:
             refuse(no_entry(name, record.dtype.names))
-        kind, found = self._kinds.by_name.get(name), record[name]
-        if isinstance(kind, type):
-            return kind.of(found.ravel().tolist())
-        if found.dtype.names:
-            return View(found, kind or NO_KINDS)
-        return found
+        kind, found = reads_as(record.dtype, self._kinds, name), record[name]
+        if kind is View:
+            return View(found, self._kinds.by_name.get(name, NO_KINDS))
+        return kind.of(found.ravel().tolist()) if is_value_class(kind) else found
 
     def __setattr__(self, name, value):
         record = self._record
         if name not in record.dtype.names:
             refuse(no_entry(name, record.dtype.names))
-        kind, place = self._kinds.by_name.get(name), record.dtype[name]
-        given = kind_of(value)
-        if isinstance(kind, type):
-            if given is not kind:
-                refuse(wrong_kind(name, kind, "array" if given is np.ndarray else kind_name(given)))
-            record[name] = np.reshape(value.parts(), kind.shape)
-        elif place.names or place.shape:
-            refuse(not_assigned_whole(name, bool(place.names)))
-        elif given not in (float, bool):
-            refuse(wrong_kind(name, float, "Mask" if isinstance(value, Mask) else kind_name(given)))
-        else:
-            record[name] = value
+        kind, given = reads_as(record.dtype, self._kinds, name), kind_of(value)
+        if not assignable(kind, given):
+            refuse(wrong_kind(name, kind, given))
+        if isinstance(value, (Value, np.ndarray)):
+            shape = record.dtype[name].shape
+            numbers = value.parts() if isinstance(value, Value) else value.ravel()
+            if len(numbers) != math.prod(shape):
+                refuse(wrong_count(name, shape, len(numbers)))
+            value = np.reshape(numbers, shape)
+        record[name] = value
 
     def __repr__(self):
         return f"View({self._record!r})"
-
-
-def not_assigned_whole(name, nested: bool) -> str:
-    """The sentence for an assignment to an array or a nested record."""
-    if nested:
-        return f"'{name}' is a nested record: assign its fields one by one"
-    return f"'{name}' is an array, read by reference: assign its elements, {name}[i] = ... or {name}[:] = ..."
 
 
 def view(record, kinds=NO_KINDS):
