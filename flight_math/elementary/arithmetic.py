@@ -49,6 +49,21 @@ def _lower_from_bits(context, builder, signature, arguments):
     return builder.bitcast(arguments[0], context.get_value_type(types.float64))
 
 
+def out_of_line():
+    """Called first in a kernel for rare arguments, it keeps that kernel's code out of those that call it."""
+
+
+@type_callable(out_of_line)
+def _type_out_of_line(context):
+    return lambda: types.none
+
+
+@lower_builtin(out_of_line)
+def _lower_out_of_line(context, builder, signature, arguments):
+    builder.function.attributes.add("noinline")
+    return context.get_dummy_value()
+
+
 @inlined
 def select(condition, a, b):
     """a or b; both are computed already."""
@@ -76,11 +91,19 @@ def sum_of_two(a, b):
 
 
 @inlined
+def product(a, b):
+    """a b as its rounded value and the rest."""
+    value = a * b
+    a_top, b_top = upper(a), upper(b)
+    a_low, b_low = a - a_top, b - b_top
+    return value, ((a_top * b_top - value) + a_top * b_low + a_low * b_top) + a_low * b_low
+
+
+@inlined
 def quotient(n, n_low, d, d_low):
     """(n + n_low) / (d + d_low) as rounded value and rest, some 75 bits together."""
-    inverse = 1.0 / d
-    top = upper(n * inverse)
-    d_top = upper(d)
-    rest = (((n - top * d_top) - top * (d - d_top)) + (n_low - top * d_low)) * inverse
-    value = top + rest
-    return value, rest - (value - top)
+    value = n / d
+    top, d_top = upper(value), upper(d)
+    low, d_rest = value - top, d - d_top
+    missing = ((n - top * d_top) - (top * d_rest + low * d_top)) + ((n_low - value * d_low) - low * d_rest)
+    return value, missing * (1.0 / d)
