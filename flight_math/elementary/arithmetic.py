@@ -19,6 +19,16 @@ def inlined(function):
     return numba.njit(error_model="numpy", nogil=True, _nrt=False, forceinline=True)(function)
 
 
+def outlined(function):
+    """A kernel that stays a function of its own, for rare arguments. (Left unsaid, it would inherit forceinline.)"""
+    return numba.njit(error_model="numpy", nogil=True, _nrt=False, forceinline=False)(function)
+
+
+def double(x):
+    """The number as a float of 64 bits, whatever it is."""
+    return float(x)
+
+
 def bits(x):
     """The 64 bits of a float as a signed integer."""
     return _PACK_INT.unpack(_PACK_FLOAT.pack(x))[0]
@@ -27,6 +37,11 @@ def bits(x):
 def from_bits(i):
     """The float with these 64 bits."""
     return _PACK_FLOAT.unpack(_PACK_INT.pack(i))[0]
+
+
+@type_callable(double)
+def _type_double(context):
+    return lambda x: types.float64 if isinstance(x, types.Number) else None
 
 
 @type_callable(bits)
@@ -39,6 +54,11 @@ def _type_from_bits(context):
     return lambda i: types.float64 if i == types.int64 else None
 
 
+@lower_builtin(double, types.Number)
+def _lower_double(context, builder, signature, arguments):
+    return context.cast(builder, arguments[0], signature.args[0], types.float64)
+
+
 @lower_builtin(bits, types.float64)
 def _lower_bits(context, builder, signature, arguments):
     return builder.bitcast(arguments[0], context.get_value_type(types.int64))
@@ -47,21 +67,6 @@ def _lower_bits(context, builder, signature, arguments):
 @lower_builtin(from_bits, types.int64)
 def _lower_from_bits(context, builder, signature, arguments):
     return builder.bitcast(arguments[0], context.get_value_type(types.float64))
-
-
-def out_of_line():
-    """Called first in a kernel for rare arguments, it keeps that kernel's code out of those that call it."""
-
-
-@type_callable(out_of_line)
-def _type_out_of_line(context):
-    return lambda: types.none
-
-
-@lower_builtin(out_of_line)
-def _lower_out_of_line(context, builder, signature, arguments):
-    builder.function.attributes.add("noinline")
-    return context.get_dummy_value()
 
 
 @inlined

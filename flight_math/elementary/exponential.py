@@ -2,7 +2,7 @@
 
 import math
 
-from flight_math.elementary.arithmetic import INF, LN2_HIGH, LN2_LOW, NAN, inlined, quotient, sum_of_two, two_to
+from flight_math.elementary.arithmetic import INF, LN2_HIGH, LN2_LOW, NAN, double, inlined, quotient, sum_of_two, two_to
 
 LOG2_E = 1.4426950408889634
 MAGIC = 6755399441055744.0  # 1.5 * 2^52: adding it rounds to an integer
@@ -37,7 +37,7 @@ def scaled(value, k):
 @inlined
 def exp(x):
     """e^x."""
-    x = float(x)
+    x = double(x)
     if not (x > -746.0 and x < 710.0):
         return 0.0 if x < 0.0 else INF if x > 0.0 else NAN
     k, r, near, far = reduced(x)
@@ -48,7 +48,7 @@ def exp(x):
 @inlined
 def expm1(x):
     """e^x - 1, to the last bits near zero too."""
-    x = float(x)
+    x = double(x)
     if not (x > -50.0 and x < 710.0):
         return -1.0 if x < 0.0 else INF if x > 0.0 else NAN
     k, r, near, far = reduced(x)
@@ -69,7 +69,7 @@ def _one_less(k):
 @inlined
 def tanh(x):
     """Hyperbolic tangent."""
-    x = float(x)
+    x = double(x)
     a = abs(x)
     if not a < 22.0:
         return math.copysign(1.0, x) if a == a else NAN

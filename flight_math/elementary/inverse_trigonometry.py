@@ -2,8 +2,7 @@
 
 import math
 
-from flight_math.elementary.arithmetic import INF, NAN, bits, from_bits, inlined, out_of_line, quotient, select, upper
-from flight_math.kernel import kernel
+from flight_math.elementary.arithmetic import INF, NAN, bits, double, from_bits, inlined, outlined, quotient, select, upper
 
 PI, PI_LOW = 3.141592653589793, 1.2246467991473532e-16
 HALF_PI, HALF_PI_LOW = 1.5707963267948966, 6.123233995736766e-17
@@ -23,8 +22,8 @@ B8, B9, B10, B11, B12 = (0.01078020704329702, 0.003706578383675684, 0.0217070436
 @inlined
 def atan2(y, x):
     """Angle of the vector (x, y), -pi to pi."""
-    y = float(y)
-    x = float(x)
+    y = double(y)
+    x = double(x)
     ay, ax = abs(y), abs(x)
     low, high = (ax, ay) if ay > ax else (ay, ax)
     if not (low >= 1e-150 and high <= 1e150):
@@ -63,10 +62,9 @@ def _angle(y, x, steep, low, high):
     return math.copysign(value + ((q - (value - base)) + (base_low + rest)), y)
 
 
-@kernel
+@outlined
 def _atan2_rare(y, x):
     """atan2 where an argument is NaN, infinite, zero, or so large or small that a product could leave the range."""
-    out_of_line()
     if not (x == x and y == y):
         return NAN
     ay, ax = abs(y), abs(x)
@@ -109,7 +107,7 @@ def _twice_arc(t, p):
 @inlined
 def asin(x):
     """Inverse sine, -pi/2 to pi/2; NaN beyond -1 to 1."""
-    x = float(x)
+    x = double(x)
     a = abs(x)
     if not a <= 1.0:
         return NAN
@@ -126,7 +124,7 @@ def asin(x):
 @inlined
 def acos(x):
     """Inverse cosine, 0 to pi; NaN beyond -1 to 1."""
-    x = float(x)
+    x = double(x)
     a = abs(x)
     if not a <= 1.0:
         return NAN

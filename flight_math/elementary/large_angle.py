@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from flight_math.elementary.arithmetic import bits, out_of_line, product, sum_of_two
-from flight_math.kernel import kernel
+from flight_math.elementary.arithmetic import bits, outlined, product, sum_of_two
 
 LIMB = 268435455  # 2^28 - 1
 # 2/pi = sum of entry i times 2^(-28 (i - 2)), after three zeros; made by mpmath
@@ -18,14 +17,13 @@ HALF_PI, HALF_PI_LOW = 1.5707963267948966, 6.123233995736766e-17
 STEP = 3.725290298461914e-09  # 2^-28
 
 
-@kernel
+@outlined
 def reduce_large(x):
     """x - n pi/2 in two parts, and n modulo 4; 2^20 <= x < inf.
 
     x = m 2^e is written with e a multiple of 28 and m of three limbs. Then each limb of m 2/pi is a sum of three products
     of 28 by 28 bits and a carry; limbs above the point are multiples of 2^28 quarters, which need not be known.
     """
-    out_of_line()
     exponent = (bits(x) >> 52) - 1075 + 56  # of the last bit, >= 0 with 56 added
     block = exponent // 28
     shift = exponent - 28 * block

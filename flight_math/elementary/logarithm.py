@@ -8,6 +8,7 @@ from flight_math.elementary.arithmetic import (
     LN2_LOW,
     NAN,
     bits,
+    double,
     from_bits,
     inlined,
     select,
@@ -50,7 +51,7 @@ def _log_parts(k, f):
 @inlined
 def log(x):
     """Natural logarithm."""
-    x = float(x)
+    x = double(x)
     if not (x > 0.0 and x < INF):
         return -INF if x == 0.0 else INF if x == INF else NAN
     k, m = split(x)
@@ -61,7 +62,7 @@ def log(x):
 @inlined
 def log1p(x):
     """log(1 + x), to the last bits near zero too."""
-    x = float(x)
+    x = double(x)
     if not (x > -1.0 and x < INF):
         return -INF if x == -1.0 else INF if x == INF else NAN
     u, c = sum_of_two(1.0, x)

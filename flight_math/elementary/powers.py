@@ -2,10 +2,20 @@
 
 import math
 
-from flight_math.elementary.arithmetic import INF, LN2_HIGH, LN2_LOW, NAN, product, quotient, sum_of_two
+from flight_math.elementary.arithmetic import (
+    INF,
+    LN2_HIGH,
+    LN2_LOW,
+    NAN,
+    double,
+    inlined,
+    outlined,
+    product,
+    quotient,
+    sum_of_two,
+)
 from flight_math.elementary.exponential import reduced, scaled
 from flight_math.elementary.logarithm import split
-from flight_math.kernel import kernel
 
 THIRD, THIRD_LOW = 0.3333333333333333, 1.850371707708594e-17
 # atanh s = s + s^3 (1/3 + s^2 (Q0 + Q1 s^2 + ...)), |s| <= 0.1716, to 2^-66.2
@@ -13,11 +23,11 @@ Q0, Q1, Q2, Q3 = 0.1999999999999999, 0.14285714285722562, 0.11111111108766895, 0
 Q4, Q5, Q6, Q7 = 0.07692278424106724, 0.06668159150883732, 0.05837400238504323, 0.059945820812253144
 
 
-@kernel
+@outlined
 def power(x, y):
     """x^y; NaN for x < 0 unless y is a whole number."""
-    x = float(x)
-    y = float(y)
+    x = double(x)
+    y = double(y)
     if x == 1.0 or y == 0.0:
         return 1.0
     if not (x == x and y == y):
@@ -34,7 +44,7 @@ def power(x, y):
     return sign * _positive_power(a, y)
 
 
-@kernel
+@inlined
 def _whole(y):
     """Whether y is a whole number, and whether an odd one."""
     if abs(y) >= 9007199254740992.0:  # 2^53
@@ -44,7 +54,7 @@ def _whole(y):
     return whole, whole and nearest & 1 == 1
 
 
-@kernel
+@inlined
 def _positive_power(a, y):
     """a^y for 0 < a < inf and finite y: exp(y log a) with some 64 bits of the logarithm."""
     log_a, log_a_low = _precise_log(a)
@@ -57,7 +67,7 @@ def _positive_power(a, y):
     return scaled(one + (((r - (one - 1.0)) + (near + rest)) + far), k)
 
 
-@kernel
+@inlined
 def _precise_log(a):
     """log(a) as a sum of two."""
     k, m = split(a)

@@ -2,7 +2,7 @@
 
 import math
 
-from flight_math.elementary.arithmetic import INF, NAN, bits, from_bits, inlined, select, upper
+from flight_math.elementary.arithmetic import INF, NAN, bits, double, from_bits, inlined, select, upper
 
 TWO_54, TWO_M18 = 18014398509481984.0, 3.814697265625e-06
 THIRD_OF_BIAS = 3071306043645493248  # bits: a third of an exponent's bias, so that bits / 3 + it is a cube root to 3 %
@@ -13,7 +13,7 @@ R0, R1, R2, R3, R4 = 1.8780520060237658, -1.892323272198004, 1.630825793108276, 
 @inlined
 def hypot(x, y):
     """sqrt(x^2 + y^2) without overflow on the way."""
-    ax, ay = abs(float(x)), abs(float(y))
+    ax, ay = abs(double(x)), abs(double(y))
     low, high = (ax, ay) if ay > ax else (ay, ax)
     exponent = bits(select(high < INF, high, 1.0)) >> 52
     exponent = select(exponent > 54, exponent, 54)
@@ -33,7 +33,7 @@ def hypot(x, y):
 @inlined
 def cbrt(x):
     """Cube root."""
-    x = float(x)
+    x = double(x)
     a = abs(x)
     ordinary = (a > 0.0) & (a < INF)
     small = a < 1e-290

@@ -2,7 +2,7 @@
 
 import math
 
-from flight_math.elementary.arithmetic import INF, NAN, inlined, quotient, sum_of_two, upper
+from flight_math.elementary.arithmetic import INF, NAN, double, inlined, quotient, sum_of_two, upper
 from flight_math.elementary.large_angle import reduce_large
 
 QUARTER_PI = 0.7853981633974483
@@ -49,7 +49,7 @@ def _cos_parts(r, tail, z):
 @inlined
 def sincos(x):
     """(sin x, cos x)"""
-    x = float(x)
+    x = double(x)
     a = abs(x)
     if a <= QUARTER_PI:
         head, tail, n = a, 0.0, 0
@@ -83,7 +83,7 @@ def cos(x):
 @inlined
 def tan(x):
     """Tangent."""
-    x = float(x)
+    x = double(x)
     a = abs(x)
     if a <= QUARTER_PI:
         head, tail, n = a, 0.0, 0
