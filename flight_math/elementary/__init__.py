@@ -6,13 +6,15 @@ tanh, acos as well, see docs/portable.md); signed zeros, infinities and NaN as C
 always the same one (0x7ff8000000000000). Order of evaluation is part of the definition: do not rearrange.
 
 The coefficients are minimax fits made for these modules: Remez exchange in mpmath (60 digits) for the relative error of
-the whole function, each coefficient then rounded to double. The bound in the comment beside each is that of the rounded ones.
+the whole function, each coefficient then rounded to double. The bound in the comment beside them is that of the rounded
+ones.
 """
 
 from flight_math.elementary.exponential import exp, expm1, tanh
 from flight_math.elementary.inverse_trigonometry import acos, asin, atan, atan2
 from flight_math.elementary.logarithm import log, log1p
-from flight_math.elementary.powers import cbrt, hypot, power
+from flight_math.elementary.powers import power
+from flight_math.elementary.roots import cbrt, hypot
 from flight_math.elementary.trigonometry import cos, sin, sincos, tan
 
 __all__ = ["acos", "asin", "atan", "atan2", "cbrt", "cos", "exp", "expm1", "hypot", "log", "log1p", "power", "sin",

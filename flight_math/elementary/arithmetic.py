@@ -19,6 +19,16 @@ def inlined(function):
     return numba.njit(error_model="numpy", nogil=True, _nrt=False, forceinline=True)(function)
 
 
+def outlined(function):
+    """A kernel that stays a function of its own, for rare arguments. (Left unsaid, it would inherit forceinline.)"""
+    return numba.njit(error_model="numpy", nogil=True, _nrt=False, forceinline=False)(function)
+
+
+def double(x):
+    """The number as a float of 64 bits, whatever it is."""
+    return float(x)
+
+
 def bits(x):
     """The 64 bits of a float as a signed integer."""
     return _PACK_INT.unpack(_PACK_FLOAT.pack(x))[0]
@@ -29,6 +39,11 @@ def from_bits(i):
     return _PACK_FLOAT.unpack(_PACK_INT.pack(i))[0]
 
 
+@type_callable(double)
+def _type_double(context):
+    return lambda x: types.float64 if isinstance(x, types.Number) else None
+
+
 @type_callable(bits)
 def _type_bits(context):
     return lambda x: types.int64 if x == types.float64 else None
@@ -37,6 +52,11 @@ def _type_bits(context):
 @type_callable(from_bits)
 def _type_from_bits(context):
     return lambda i: types.float64 if i == types.int64 else None
+
+
+@lower_builtin(double, types.Number)
+def _lower_double(context, builder, signature, arguments):
+    return context.cast(builder, arguments[0], signature.args[0], types.float64)
 
 
 @lower_builtin(bits, types.float64)
@@ -76,11 +96,19 @@ def sum_of_two(a, b):
 
 
 @inlined
+def product(a, b):
+    """a b as its rounded value and the rest."""
+    value = a * b
+    a_top, b_top = upper(a), upper(b)
+    a_low, b_low = a - a_top, b - b_top
+    return value, ((a_top * b_top - value) + a_top * b_low + a_low * b_top) + a_low * b_low
+
+
+@inlined
 def quotient(n, n_low, d, d_low):
     """(n + n_low) / (d + d_low) as rounded value and rest, some 75 bits together."""
-    inverse = 1.0 / d
-    top = upper(n * inverse)
-    d_top = upper(d)
-    rest = (((n - top * d_top) - top * (d - d_top)) + (n_low - top * d_low)) * inverse
-    value = top + rest
-    return value, rest - (value - top)
+    value = n / d
+    top, d_top = upper(value), upper(d)
+    low, d_rest = value - top, d - d_top
+    missing = ((n - top * d_top) - (top * d_rest + low * d_top)) + ((n_low - value * d_low) - low * d_rest)
+    return value, missing * (1.0 / d)

@@ -2,8 +2,7 @@
 
 import math
 
-from flight_math.elementary.arithmetic import INF, NAN, bits, from_bits, inlined, quotient, select, upper
-from flight_math.kernel import kernel
+from flight_math.elementary.arithmetic import INF, NAN, bits, double, from_bits, inlined, outlined, quotient, select, upper
 
 PI, PI_LOW = 3.141592653589793, 1.2246467991473532e-16
 HALF_PI, HALF_PI_LOW = 1.5707963267948966, 6.123233995736766e-17
@@ -23,8 +22,8 @@ B8, B9, B10, B11, B12 = (0.01078020704329702, 0.003706578383675684, 0.0217070436
 @inlined
 def atan2(y, x):
     """Angle of the vector (x, y), -pi to pi."""
-    y = float(y)
-    x = float(x)
+    y = double(y)
+    x = double(x)
     ay, ax = abs(y), abs(x)
     low, high = (ax, ay) if ay > ax else (ay, ax)
     if not (low >= 1e-150 and high <= 1e150):
@@ -63,7 +62,7 @@ def _angle(y, x, steep, low, high):
     return math.copysign(value + ((q - (value - base)) + (base_low + rest)), y)
 
 
-@kernel
+@outlined
 def _atan2_rare(y, x):
     """atan2 where an argument is NaN, infinite, zero, or so large or small that a product could leave the range."""
     if not (x == x and y == y):
@@ -87,41 +86,56 @@ def atan(x):
 
 
 @inlined
-def _arc(a):
-    """(flat, root, root's upper half, rest, p) for |x| = a: asin(x) = x + x p if flat (a < 1/2), else pi/2 - 2 asin(root)."""
-    a = select(a < 1.0, a, 1.0)
-    flat = a < 0.5
-    t = select(flat, a * a, 0.5 * (1.0 - a))
+def _arc_term(t):
+    """asin(x) / x - 1 for t = x^2 <= 1/4."""
     t2 = t * t
     t4 = t2 * t2
     p = ((B0 + B1 * t) + (B2 + B3 * t) * t2) + ((B4 + B5 * t) + (B6 + B7 * t) * t2) * t4 \
         + (((B8 + B9 * t) + (B10 + B11 * t) * t2) + B12 * t4) * (t4 * t4)
-    p = t * p
+    return t * p
+
+
+@inlined
+def _twice_arc(t, p):
+    """2 asin(sqrt(t)) = 2 sqrt(t) (1 + p) in two parts, the first with few enough bits to be subtracted."""
     root = math.sqrt(t)
     top = upper(root)
-    rest = (t - top * top) / select(t > 0.0, root + top, 1.0)
-    return flat, 2.0 * top, 2.0 * (rest + root * p), p
+    rest = (t - top * top) / (root + top) if t > 0.0 else 0.0
+    return 2.0 * top, 2.0 * (rest + root * p)
 
 
 @inlined
 def asin(x):
     """Inverse sine, -pi/2 to pi/2; NaN beyond -1 to 1."""
-    x = float(x)
+    x = double(x)
     a = abs(x)
-    flat, twice, rest, p = _arc(a)
+    if not a <= 1.0:
+        return NAN
+    flat = a < 0.5
+    t = select(flat, a * a, 0.5 * (1.0 - a))
+    p = _arc_term(t)
+    if flat:
+        return x + x * p
+    twice, rest = _twice_arc(t, p)
     value = HALF_PI - twice
-    steep = value + (((HALF_PI - value) - twice) + (HALF_PI_LOW - rest))
-    return select(a <= 1.0, math.copysign(select(flat, a + a * p, steep), x), NAN)
+    return math.copysign(value + (((HALF_PI - value) - twice) + (HALF_PI_LOW - rest)), x)
 
 
 @inlined
 def acos(x):
     """Inverse cosine, 0 to pi; NaN beyond -1 to 1."""
-    x = float(x)
-    flat, twice, rest, p = _arc(abs(x))
-    base = select(flat, HALF_PI, select(x < 0.0, PI, 0.0))
-    base_low = select(flat, HALF_PI_LOW, select(x < 0.0, PI_LOW, 0.0))
-    head = select(flat, x, select(x < 0.0, twice, -twice))
-    tail = select(flat, x * p, select(x < 0.0, rest, -rest))
-    value = base - head
-    return select(abs(x) <= 1.0, value + (((base - value) - head) + (base_low - tail)), NAN)
+    x = double(x)
+    a = abs(x)
+    if not a <= 1.0:
+        return NAN
+    flat = a < 0.5
+    t = select(flat, a * a, 0.5 * (1.0 - a))
+    p = _arc_term(t)
+    if flat:
+        value = HALF_PI - x
+        return value + (((HALF_PI - value) - x) + (HALF_PI_LOW - x * p))
+    twice, rest = _twice_arc(t, p)
+    if x > 0.0:
+        return twice + rest
+    value = PI - twice
+    return value + (((PI - value) - twice) + (PI_LOW - rest))

@@ -1,27 +1,28 @@
-"""Angles beyond 2^20 rad taken back to a quarter turn: x 2/pi modulo 4 from those bits of 2/pi that matter (Payne and Hanek)."""
+"""Angles beyond 2^20 rad: x 2/pi modulo 4 from those bits of 2/pi that matter (Payne and Hanek)."""
 
-from flight_math.elementary.arithmetic import bits, inlined, sum_of_two, upper  # noqa: F401
-from flight_math.kernel import kernel
+import numpy as np
+
+from flight_math.elementary.arithmetic import bits, outlined, product, sum_of_two
 
 LIMB = 268435455  # 2^28 - 1
 # 2/pi = sum of entry i times 2^(-28 (i - 2)), after three zeros; made by mpmath
-TWO_OVER_PI = (
+TWO_OVER_PI = np.array((
     0, 0, 0,
     170891318, 240010261, 44024437, 131200308, 232525238, 43358524, 70845471, 240214955, 233552982, 28779630, 61088989,
     48236105, 49193117, 26352894, 31371723, 19507006, 243802975, 86948676, 139368903, 2536543, 132387737, 30816643,
     87269193, 210001803, 199201411, 186644631, 268296281, 135261999, 18396576, 174923629, 57142514, 130746807, 83125238,
     111042538, 47665787, 180874213, 253211600, 121239434, 86584998, 201023409, 33084880, 139854640, 74434486, 195817679,
-    197265839, 70655401)
+    197265839, 70655401))
 HALF_PI, HALF_PI_LOW = 1.5707963267948966, 6.123233995736766e-17
 STEP = 3.725290298461914e-09  # 2^-28
 
 
-@kernel
+@outlined
 def reduce_large(x):
     """x - n pi/2 in two parts, and n modulo 4; 2^20 <= x < inf.
 
-    x = m 2^e is written with e a multiple of 28, m of three limbs. Then limb j of m * 2/pi below the point is a sum of three
-    products of 28 by 28 bits, and limbs above the point are multiples of 4 turns that need not be known.
+    x = m 2^e is written with e a multiple of 28 and m of three limbs. Then each limb of m 2/pi is a sum of three products
+    of 28 by 28 bits and a carry; limbs above the point are multiples of 2^28 quarters, which need not be known.
     """
     exponent = (bits(x) >> 52) - 1075 + 56  # of the last bit, >= 0 with 56 added
     block = exponent // 28
@@ -49,9 +50,6 @@ def reduce_large(x):
     second, last = sum_of_two(rest, (float(f3) + tail) * (STEP * STEP))
     fraction, fraction_low = sum_of_two(first, second)
     fraction_low = fraction_low + last
-    f_top, pi_top = upper(fraction), upper(HALF_PI)
-    product = fraction * HALF_PI
-    error = ((f_top * pi_top - product) + f_top * (HALF_PI - pi_top) + (fraction - f_top) * pi_top) \
-        + (fraction - f_top) * (HALF_PI - pi_top)
-    head, low_part = sum_of_two(product, error + (fraction * HALF_PI_LOW + fraction_low * HALF_PI))
+    value, error = product(fraction, HALF_PI)
+    head, low_part = sum_of_two(value, error + (fraction * HALF_PI_LOW + fraction_low * HALF_PI))
     return sign * head * STEP, sign * low_part * STEP, n & 3

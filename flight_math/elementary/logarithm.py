@@ -8,6 +8,7 @@ from flight_math.elementary.arithmetic import (
     LN2_LOW,
     NAN,
     bits,
+    double,
     from_bits,
     inlined,
     select,
@@ -25,7 +26,7 @@ L5, L6, L7 = 0.18183563548947815, 0.15314064393663177, 0.14795861348845551
 
 
 @inlined
-def _split(x):
+def split(x):
     """(k, m): x = 2^k m, sqrt(1/2) <= m < sqrt(2); x > 0 and finite."""
     small = x < SMALLEST_NORMAL
     i = bits(select(small, x * TWO_54, x))
@@ -39,42 +40,36 @@ def _log_parts(k, f):
     s = f / (2.0 + f)
     z = s * s
     w = z * z
-    r = z * (L1 + w * (L3 + w * (L5 + w * L7))) + w * (L2 + w * (L4 + w * L6))
+    r = (((L1 + z * L2) + w * (L3 + z * L4)) + (w * w) * ((L5 + z * L6) + w * L7)) * (z * s)
     half = 0.5 * f * f
     turns = float(k)
     high = turns * LN2_HIGH
     value = high + f
-    return value, (f - (value - high)) - (half - (s * (half + r) + turns * LN2_LOW))
+    return value, ((f - (value - high)) - (half - (s * half + turns * LN2_LOW))) + r
 
 
 @inlined
 def log(x):
     """Natural logarithm."""
-    x = float(x)
-    k, m = _split(select((x > 0.0) & (x < INF), x, 1.0))
+    x = double(x)
+    if not (x > 0.0 and x < INF):
+        return -INF if x == 0.0 else INF if x == INF else NAN
+    k, m = split(x)
     value, rest = _log_parts(k, m - 1.0)
-    return _at_the_ends(x, value + rest)
+    return value + rest
 
 
 @inlined
 def log1p(x):
     """log(1 + x), to the last bits near zero too."""
-    x = float(x)
-    u = 1.0 + x
-    u = select((u > 0.0) & (u < INF), u, 1.0)
-    c = sum_of_two(1.0, select((x > -1.0) & (x < INF), x, 0.0))[1]
-    k, m = _split(u)
+    x = double(x)
+    if not (x > -1.0 and x < INF):
+        return -INF if x == -1.0 else INF if x == INF else NAN
+    u, c = sum_of_two(1.0, x)
+    k, m = split(u)
     near = m - 1.0
     c = c * two_to(-k if k < 64 else -1023)
     f = near + c
     f_low = c - (f - near)
     value, rest = _log_parts(k, f)
-    return math.copysign(1.0, x) * abs(_at_the_ends(u if x > -1.0 else 1.0 + x, value + (rest + f_low * (1.0 - f))))
-
-
-@inlined
-def _at_the_ends(x, value):
-    """value, or what the logarithm is at zero, infinity, NaN and below zero."""
-    value = select(x < INF, value, INF)
-    value = select(x == 0.0, -INF, value)
-    return select(x >= 0.0, value, NAN)
+    return math.copysign(value + (rest + f_low * (1.0 - f)), x)

@@ -2,7 +2,7 @@
 
 import math
 
-from flight_math.elementary.arithmetic import INF, NAN, inlined, quotient, sum_of_two
+from flight_math.elementary.arithmetic import INF, NAN, double, inlined, quotient, sum_of_two, upper
 from flight_math.elementary.large_angle import reduce_large
 
 QUARTER_PI = 0.7853981633974483
@@ -24,31 +24,32 @@ def _reduced(a):
     """a - n pi/2 in two parts, and n; 0 <= a <= LARGEST."""
     n = (a * TWO_OVER_PI + MAGIC) - MAGIC
     first, rest = sum_of_two(a - n * P1, -(n * P2))
-    head, tail = sum_of_two(first, rest - n * P3 - n * P4)
-    return head, tail, int(n)
+    head, low = sum_of_two(first, -(n * P3))
+    return head, rest + (low - n * P4), int(n)
 
 
 @inlined
 def _sin_correction(r, tail, z):
     """sin(r + tail) - r; z = r^2"""
-    p = S2 + z * (S3 + z * S4) + z * (z * z) * (S5 + z * S6)
-    return z * r * (S1 + z * p) + tail * (1.0 - 0.5 * z)
+    w = z * z
+    p = ((S1 + z * S2) + w * (S3 + z * S4)) + (w * w) * (S5 + z * S6)
+    return tail * (1.0 - 0.5 * z) + (z * r) * p
 
 
 @inlined
 def _cos_parts(r, tail, z):
     """cos(r + tail) as a sum of two"""
     w = z * z
-    p = z * (C1 + z * (C2 + z * C3)) + w * w * (C4 + z * (C5 + z * C6))
+    p = ((C1 + z * C2) + w * (C3 + z * C4)) + (w * w) * (C5 + z * C6)
     half = 0.5 * z
     whole = 1.0 - half
-    return whole, ((1.0 - whole) - half) + (z * p - r * tail)
+    return whole, (((1.0 - whole) - half) - r * tail) + w * p
 
 
 @inlined
 def sincos(x):
     """(sin x, cos x)"""
-    x = float(x)
+    x = double(x)
     a = abs(x)
     if a <= QUARTER_PI:
         head, tail, n = a, 0.0, 0
@@ -82,7 +83,7 @@ def cos(x):
 @inlined
 def tan(x):
     """Tangent."""
-    x = float(x)
+    x = double(x)
     a = abs(x)
     if a <= QUARTER_PI:
         head, tail, n = a, 0.0, 0
@@ -93,12 +94,14 @@ def tan(x):
             return NAN
         head, tail, n = reduce_large(a)
     z = head * head
+    top = upper(head)
     correction = _sin_correction(head, tail, z)
     s = head + correction
     s_low = correction - (s - head)
     whole, rest = _cos_parts(head, tail, z)
+    rest = rest - 0.5 * ((top * top - z) + (head - top) * (head + top))
     c = whole + rest
     c_low = rest - (c - whole)
     odd = n & 1
-    value = quotient(c if odd else s, c_low if odd else s_low, s if odd else c, s_low if odd else c_low)[0]
-    return math.copysign(1.0, x) * (1.0 - 2.0 * odd) * value
+    value, rest = quotient(c if odd else s, c_low if odd else s_low, s if odd else c, s_low if odd else c_low)
+    return math.copysign(1.0, x) * (1.0 - 2.0 * odd) * (value + rest)
