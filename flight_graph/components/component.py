@@ -24,6 +24,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from flight_graph.components import declarations, declared
+from flight_graph.components.findings import nearest
+from flight_graph.components.places import refuse
 from flight_graph.components.records import Parameters, State
 from flight_graph.kernel import kernel as _kernel
 from flight_math.values import Kinds, Quaternion, Vec, Vec3
@@ -78,14 +81,7 @@ class Component:
     update = None
 
     def __init_subclass__(cls):
-        if (cls.kernel is None) == (cls.output is None and cls.update is None):
-            raise TypeError(f"{cls.__name__} needs either a kernel, or an output and an update")
-        for port in cls.output_rate_hz:
-            if port not in cls.outputs:
-                raise TypeError(f"{cls.__name__}.output_rate_hz names '{port}', which is no output")
-        both = set(cls.inputs) & set(cls.outputs)
-        if both:
-            raise TypeError(f"{cls.__name__}: {sorted(both)} are inputs and outputs at once")
+        declarations.check(cls)
 
     @classmethod
     def kernels(cls) -> list:
@@ -121,10 +117,11 @@ class Component:
     def initial_state(cls, values: dict) -> np.ndarray:
         """A fresh state record (1,) with the tables of these parameters."""
         record = cls.state.record()
-        for name, table in cls.tables(values).items():
+        for name, table in declared.call(cls, "tables", values).items():
+            if name not in cls.state.entries:
+                refuse(cls, "tables", f"there is no '{name}' in the state; {nearest(name, cls.state.entries)}")
             if np.shape(table) != record[name].shape[1:]:
-                raise TypeError(f"{cls.__name__}.tables: {name} has the shape {np.shape(table)}, "
-                                f"the state's entry {record[name].shape[1:]}")
+                refuse(cls, "tables", f"{name} has the shape {np.shape(table)}, the state's entry {record[name].shape[1:]}")
             record[name][0] = table
         return record
 

@@ -9,6 +9,7 @@ An annotation is ``float``, ``int``, ``bool``, a ``Choice``, a kind of value (``
 ``str``: a text (a file's name) for `Component.resolve`, which the kernel's record does not carry.
 """
 
+import sys
 from dataclasses import dataclass
 from functools import cache
 from typing import Annotated
@@ -16,6 +17,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, StrictBool, TypeAdapter, ValidationError
 
+from flight_graph.components.places import refuse
 from flight_graph.errors import FlightError, unknown
 from flight_math.values import DualQuaternion, DualVector, Kinds, Mat, Mat3, Quaternion, Vec, Vec3
 from flight_math.values.views import is_value_class
@@ -158,9 +160,14 @@ class Record:
             given = cls.__dict__.get(name, field())
             given = given if isinstance(given, dict) else field(given)
             cls.entries[name] = _entry(name, annotation, given, cls)
+        for name, value in cls.__dict__.items():
+            if isinstance(value, dict) and value.keys() == field().keys() and name not in cls.entries:
+                refuse(cls, name, f"it has no annotation; write '{name}: float = field(...)', or another kind")
         for name in cls.entries:
-            if name in dict(cls.RESERVED) or hasattr(np.record, name):
-                raise TypeError(f"{cls.__name__}.{name}: this name is reserved (NumPy records have it too)")
+            if name in dict(cls.RESERVED):
+                refuse(cls, name, "this name is reserved: the record has such an entry already; take another name")
+            if hasattr(np.record, name):
+                refuse(cls, name, "this name is reserved (NumPy records have it too); take another name")
         cls.dtype = np.dtype(
             [(entry.name, *_pair(entry.format)) for entry in cls.entries.values() if entry.kind != "text"]
             + list(cls.RESERVED), align=True)
@@ -211,7 +218,23 @@ def _pair(fmt):
     return fmt if isinstance(fmt, tuple) else (fmt,)
 
 
+def annotation_text(annotation) -> str:
+    """An annotation as its file writes it, nearly."""
+    return annotation.__name__ if isinstance(annotation, type) else repr(annotation)
+
+
+def _evaluated(cls, name, annotation):
+    """An annotation that is a text (`from __future__ import annotations`), as what it means in its file."""
+    if not isinstance(annotation, str):
+        return annotation
+    try:
+        return eval(annotation, vars(sys.modules[cls.__module__]))
+    except Exception as error:  # it is the user's own text
+        refuse(cls, name, f"the annotation {annotation!r} means nothing here ({error})")
+
+
 def _entry(name, annotation, given, cls):
+    annotation = _evaluated(cls, name, annotation)
     kinds = {float: "float", int: "int", bool: "bool", str: "text"}
     value = annotation if is_value_class(annotation) else None
     if isinstance(annotation, Array) or value:
@@ -221,8 +244,8 @@ def _entry(name, annotation, given, cls):
     elif annotation in kinds:
         kind, shape, words = kinds[annotation], (), ()
     else:
-        raise TypeError(f"{cls.__name__}.{name}: {annotation!r} is not float, int, bool, str, Vec3, Mat3, Quaternion, "
-                        "Vec(n), Mat(n, m), DualQuaternion, DualVector, Array(...) or Choice(...)")
+        refuse(cls, name, f"{annotation_text(annotation)} is not allowed; allowed: float, int, bool, str, Vec3, Mat3, "
+                          "Quaternion, Vec(n), Mat(n, m), DualQuaternion, DualVector, Array(...) or Choice(...)")
     default = given["default"]
     if isinstance(default, (list, np.ndarray)):
         default = tuple(np.asarray(default, float).ravel().tolist())

@@ -4,10 +4,9 @@ A component is named ``package/executable`` (``cubli_ros/appc_controller``), ``m
 """
 
 import importlib
-import importlib.util
-import sys
 from pathlib import Path
 
+from flight_graph.components import component_file, kernel_rules
 from flight_graph.components.component import Component
 from flight_graph.errors import FlightError, unknown
 
@@ -30,23 +29,37 @@ def absolute(name: str, folder: Path | None) -> str:
 
 
 def component(name: str) -> type[Component]:
-    """Return the component class called ``name``. Raises FlightError with the nearest names."""
+    """Return the component class called ``name``. Raises FlightError with the nearest names.
+
+    A user's own component is read for mistakes first (`kernel_rules`); those of the packages when they are compiled.
+    """
+    found = find(name)
+    if ":" in name:
+        kernel_rules.check(found)
+    return found
+
+
+def find(name: str) -> type[Component]:
+    """The class called ``name``, as it is. Raises FlightError with the nearest names."""
     if ":" in name:
         source, _, attribute = name.rpartition(":")
-        module = _file_module(source) if source.endswith(".py") else _module(source, name)
-        if not hasattr(module, attribute):
-            classes = [key for key, value in vars(module).items() if _is_component(value)]
-            raise unknown("component", attribute, classes, source)
-        found = getattr(module, attribute)
-    else:
-        package, _, executable = name.partition("/")
-        if not executable:
-            raise FlightError(f"'{name}' names no component; write package/executable, module:Class or file.py:Class")
-        table = executables(package)
-        if executable not in table:
-            raise unknown("executable", executable, table, package)
-        source, _, attribute = table[executable].partition(":")
-        found = getattr(importlib.import_module(source), attribute)
+        module = component_file.load(source) if source.endswith(".py") else component_file.imported(source, name)
+        found = getattr(module, attribute, None)
+        if not _is_component(found):
+            known = component_file.classes(module)
+            if found is None:
+                raise unknown("component", attribute, known, source)
+            raise FlightError(f"'{name}' is not a component (a subclass of flight_graph.components.component.Component)"
+                              + (f"; {source} has {', '.join(known)}" if known else ""))
+        return found
+    package, _, executable = name.partition("/")
+    if not executable:
+        raise FlightError(f"'{name}' names no component; write package/executable, module:Class or file.py:Class")
+    table = executables(package)
+    if executable not in table:
+        raise unknown("executable", executable, table, package)
+    source, _, attribute = table[executable].partition(":")
+    found = getattr(component_file.imported(source, name), attribute)
     if not _is_component(found):
         raise FlightError(f"'{name}' is not a component (a subclass of flight_graph.components.component.Component)")
     return found
@@ -68,26 +81,3 @@ def components() -> dict[str, type[Component]]:
 
 def _is_component(value) -> bool:
     return isinstance(value, type) and issubclass(value, Component) and value is not Component
-
-
-def _module(source, name):
-    try:
-        return importlib.import_module(source)
-    except ModuleNotFoundError as error:
-        raise FlightError(f"'{name}': there is no module '{error.name}'") from None
-
-
-def _file_module(source):
-    path = Path(source).resolve()
-    if not path.is_file():
-        raise FlightError(f"there is no file '{path}'")
-    for module in list(sys.modules.values()):
-        if getattr(module, "__file__", None) == str(path):
-            return module
-    if path.stem in sys.modules:
-        raise FlightError(f"{path}: a module called '{path.stem}' is loaded already; rename the file")
-    spec = importlib.util.spec_from_file_location(path.stem, path)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[path.stem] = module
-    spec.loader.exec_module(module)
-    return module

@@ -24,7 +24,7 @@ from typing import Any
 
 import yaml
 
-from flight_graph.components import registry
+from flight_graph.components import declared, registry
 from flight_graph.errors import FlightError, unknown
 from flight_graph.graphs import expressions
 from flight_graph.graphs.graph import Edge, Graph, Node
@@ -79,7 +79,7 @@ class Scenario:
     def warnings(self) -> list[str]:
         """What the components say of their parameters, each behind the component's name."""
         return [f"{name}: {sentence}" for name, node in self.graph.nodes.items()
-                for sentence in node.component.warnings(node.values, node.period_ns / SECOND)]
+                for sentence in declared.call(node.component, "warnings", node.values, node.period_ns / SECOND)]
 
     def resolved(self) -> dict:
         """The scenario with every parameter and rate written out: what a bag carries and can be run from."""
@@ -146,8 +146,7 @@ class Scenario:
         if "seed" in component.parameters.entries:
             values["seed"] = stream_key(self.file.seed, name)
         values.update(component.parameters.validate(given, f"{where}.parameters"))
-        values = component.resolve(values, f"{where}.parameters", self.folder)
-        component.check(values, where)
+        values = declared.resolved(component, values, f"{where}.parameters", self.folder)
         rate = component.rate_hz if entry.rate_hz is None else entry.rate_hz
         return Node(name, use, component, values, rate)
 

@@ -3,6 +3,7 @@
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.exceptions import ParameterException
 
+from flight_graph.components import declared
 from flight_graph.components.records import Entry, flat
 from flight_graph.errors import FlightError
 
@@ -38,8 +39,7 @@ class ComponentParameters:
             except ParameterException as error:
                 raise FlightError(f"{node.get_name()}.{name}: {error}; allowed: {entry.range_text}") from None
         self._values = component.parameters.validate(self._values, node.get_name())
-        self._values = component.resolve(self._values, node.get_name())
-        component.check(self._values, node.get_name())
+        self._values = declared.resolved(component, self._values, node.get_name(), None)
         self.record = component.parameters.record(self._values, node.get_name())
         node.add_on_set_parameters_callback(self._on_set)
 
@@ -63,8 +63,7 @@ class ComponentParameters:
             return SetParametersResult(successful=False, reason=f"{', '.join(fixed)}: fixed when the node starts")
         try:
             values = {**self._values, **self._component.parameters.validate(changes, self._node.get_name())}
-            values = self._component.resolve(values, self._node.get_name())
-            self._component.check(values, self._node.get_name())
+            values = declared.resolved(self._component, values, self._node.get_name(), None)
         except FlightError as error:
             return SetParametersResult(successful=False, reason=str(error))
         self._values, self._changed = values, True

@@ -156,12 +156,14 @@ def test_unknown_scenario():
         scenarios.load("nowhere.yaml")
 
 
+@toy.kernel
+def echo(t_ns, p, x, command, truth):
+    truth.angle[0] = command.effort[0]
+
+
 class Echo(toy.Component):
     """Command in, truth out: closes a circle without a plant."""
 
     inputs, outputs = {"command": toy.COMMAND}, {"truth": toy.named_vector(
         "toy/echo", "toy", {"angle": toy.Quantity(3, "rad"), "rate": toy.Quantity(3, "rad/s")}, toy.Role.TRUTH)}
-
-    @staticmethod
-    def kernel(t_ns, p, x, command, truth):
-        truth.angle[0] = command.effort[0]
+    kernel = echo

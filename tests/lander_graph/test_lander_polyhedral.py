@@ -133,7 +133,7 @@ def test_a_table_of_the_wrong_shape_is_refused():
             return {"row": np.arange(values["length"])}
 
     assert Filled.initial_state({"length": 4})["row"][0].tolist() == [0.0, 1.0, 2.0, 3.0]
-    with pytest.raises(TypeError, match="row has the shape"):
+    with pytest.raises(FlightError, match="row has the shape"):
         Filled.initial_state({"length": 1})
 
 

@@ -1,0 +1,143 @@
+"""What a component's class declares, checked when the class is made: ports, records, parts, rates, faults."""
+
+import inspect
+import pkgutil
+import sys
+from string import Formatter
+
+import msg_schemas
+from flight_graph.components.findings import nearest
+from flight_graph.components.places import refuse
+from flight_graph.components.records import Parameters, State
+from msg_schemas.signal import Signal
+
+PARTS = ("start", "kernel", "output", "update")
+METHODS = ("resolve", "tables", "check", "warnings")
+_TAKEN = ("t_ns", "p", "x")
+
+
+def check(cls: type) -> None:
+    """Raise FlightError with the first declaration that is wrong, its file and its line."""
+    _check_names(cls)
+    for declaration in ("inputs", "outputs"):
+        _check_ports(cls, declaration)
+    both = sorted(set(cls.inputs) & set(cls.outputs))
+    if both:
+        refuse(cls, "outputs", f"{', '.join(both)}: inputs and outputs at once; each port has a name of its own")
+    _check_record(cls, "parameters", Parameters)
+    _check_record(cls, "state", State)
+    _check_parts(cls)
+    _check_lists(cls)
+    _check_faults(cls)
+
+
+def _check_names(cls):
+    """Names that a class declares though no component has them, when they look like one it has."""
+    known = [name for name in dir(cls.__mro__[-2]) if not name.startswith("_")]
+    for name, value in vars(cls).items():
+        if name.startswith("_") or name in known or isinstance(value, (classmethod, staticmethod, property)):
+            continue
+        hint = nearest(name, known, "")
+        if hint.startswith("did you mean") and not inspect.isfunction(value):
+            refuse(cls, name, f"no component declares this; {hint}")
+    for name in METHODS:
+        if inspect.isfunction(vars(cls).get(name)):
+            refuse(cls, name, "write @classmethod above it; a component's class is never instantiated")
+
+
+def _check_ports(cls, declaration):
+    ports = getattr(cls, declaration)
+    if not isinstance(ports, dict):
+        refuse(cls, declaration, f"{ports!r} is not allowed; allowed: {{'port': SIGNAL, ...}}")
+    for port, signal in ports.items():
+        if not isinstance(port, str) or not port.isidentifier():
+            refuse(cls, declaration, f"{port!r} is no name of a port; allowed: letters, digits and underscores")
+        if port in _TAKEN:
+            refuse(cls, declaration, f"'{port}' is no name for a port: a kernel's first arguments are t_ns, p, x")
+        if not isinstance(signal, Signal):
+            refuse(cls, declaration, f"'{port}' is {_not_a_signal(signal)}")
+
+
+def _not_a_signal(value):
+    known = _signals()
+    example = "a port takes a Signal, such as msg_schemas.cubli.ATTITUDE"
+    if not isinstance(value, str):
+        return f"{value!r}; {example}"
+    topic = value.lstrip("/")
+    if topic in known:
+        return f"the text {value!r}; a port takes a Signal: {known[topic]}"
+    hint = nearest(topic, known, "")
+    near = [f"{known[name]} carries '{name}'" for name in known if f"'{name}'" in hint][:2]
+    return f"the text {value!r}; {'; '.join([example, *near])}"
+
+
+def _signals():
+    """topic -> where its Signal stands, of all signals in msg_schemas."""
+    found = {}
+    for module in pkgutil.iter_modules(msg_schemas.__path__, "msg_schemas."):
+        for name, value in vars(sys.modules.get(module.name, msg_schemas)).items():
+            if isinstance(value, Signal):
+                found.setdefault(value.topic, f"{module.name}.{name}")
+    return found
+
+
+def _check_record(cls, declaration, base):
+    value = getattr(cls, declaration)
+    if isinstance(value, type) and issubclass(value, base):
+        return
+    other = {Parameters: State, State: Parameters}[base]
+    if isinstance(value, type) and issubclass(value, other):
+        refuse(cls, declaration, f"{value.__name__} is a class of {other.__name__}; "
+                                 f"{declaration} takes one of {base.__name__}")
+    what = value.__name__ if isinstance(value, type) else repr(value)
+    refuse(cls, declaration, f"{what} is not allowed; allowed is a class of {base.__name__} (from "
+                             "flight_graph.components.records)")
+
+
+def _check_parts(cls):
+    for part in PARTS:
+        function = getattr(cls, part)
+        if function is not None and not callable(function):
+            meant = f"; did you mean '{part}s'?" if part == "output" else ""
+            refuse(cls, part, f"{function!r} is no function{meant or '; it takes a function under @kernel'}")
+    if cls.kernel is not None and (cls.output is not None or cls.update is not None):
+        refuse(cls, "kernel", "a component has either a kernel, or an output and an update (a plant); this one has both")
+    if cls.kernel is None and cls.output is None and cls.update is None:
+        refuse(cls, "", "it has no kernel; write 'kernel = ...', or 'output = ...' and 'update = ...' (a plant)")
+
+
+def _check_lists(cls):
+    for declaration, ports, kind in (("output_rate_hz", cls.outputs, "output"), ("optional_inputs", cls.inputs, "input"),
+                                     ("tolerates_nonfinite", cls.inputs, "input")):
+        given = getattr(cls, declaration)
+        if isinstance(given, str):
+            refuse(cls, declaration, f"{given!r} is a text; write a tuple: ({given!r},)")
+        for port in given:
+            if port not in ports:
+                refuse(cls, declaration, f"there is no {kind} '{port}'; {nearest(str(port), ports)}")
+    for made in cls.formatted:
+        if made.port not in cls.outputs:
+            refuse(cls, "formatted", f"there is no output '{made.port}'; {nearest(str(made.port), cls.outputs)}")
+    rates = {"rate_hz": cls.rate_hz, **{f"output_rate_hz[{port!r}]": rate for port, rate in cls.output_rate_hz.items()}}
+    for name, rate in rates.items():
+        if isinstance(rate, bool) or not isinstance(rate, (int, float)) or not 0 < rate < float("inf"):
+            refuse(cls, name.partition("[")[0], f"{rate!r} is not allowed; allowed: a number > 0 [Hz]")
+
+
+def _check_faults(cls):
+    if not isinstance(cls.faults, dict):
+        refuse(cls, "faults", f"{cls.faults!r} is not allowed; allowed: {{1: 'sentence', ...}}")
+    known = [*cls.parameters.dtype.names, *cls.state.dtype.names]
+    for code, sentence in cls.faults.items():
+        if not isinstance(code, int) or code == 0 or not isinstance(sentence, str):
+            refuse(cls, "faults", f"{code!r}: {sentence!r} is not allowed; allowed: a whole number that is not 0, "
+                                  "and a sentence")
+        try:
+            names = [name for _, name, _, _ in Formatter().parse(sentence) if name is not None]
+        except ValueError as error:
+            refuse(cls, "faults", f"the sentence of {code}: {error}")
+        for name in names:
+            root = name.partition("[")[0].partition(".")[0]
+            if root not in known:
+                refuse(cls, "faults", f"the sentence of {code} names '{root}', which is neither a parameter nor in the "
+                                      f"state; {nearest(root, known, 'known are')}")

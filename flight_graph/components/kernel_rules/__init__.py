@@ -1,0 +1,26 @@
+"""What a kernel may not do, found by reading it: milliseconds, before anything is compiled.
+
+`check(component)` reads each part and every kernel it calls, with the kinds of parameters, state and messages, and raises
+FlightError with one sentence: file, line, component, part, what is wrong, what is allowed. It says nothing of what it
+cannot tell; the compiler finds the rest (`flight_graph.engines`).
+"""
+
+from functools import cache
+
+from flight_graph.components.findings import Finding
+from flight_graph.components.kernel_rules import parts
+from flight_graph.errors import FlightError
+
+
+@cache
+def findings(component) -> tuple[Finding, ...]:
+    """All that is wrong with a component's kernels, in the order of its parts."""
+    return tuple(finding for part in parts.PARTS if getattr(component, part) is not None
+                 for finding in parts.findings(component, part))
+
+
+def check(component) -> None:
+    """Raise FlightError with the first thing that is wrong with a component's kernels."""
+    found = findings(component)
+    if found:
+        raise FlightError(str(found[0]))

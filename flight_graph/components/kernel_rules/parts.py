@@ -1,0 +1,111 @@
+"""The arguments of a part: how many, which, in which order."""
+
+import inspect
+
+from flight_graph.components.component import kinds_of
+from flight_graph.components.findings import Finding
+from flight_graph.components.kernel_rules import calls, records
+from flight_graph.components.kernel_rules.kinds import Record
+from flight_graph.components.kernel_rules.walk import Walk
+from flight_graph.components.sources import source
+from flight_math.kernel import plain
+from flight_math.values.views import NO_KINDS
+
+PARTS = ("start", "kernel", "output", "update")
+FIRST = ("t_ns", "p", "x")
+
+
+def expected(component, part: str) -> list[str]:
+    """The arguments of a part, by name."""
+    if part == "start":
+        return ["p", "x"]
+    inputs = [] if part == "output" else list(component.inputs)
+    outputs = [] if part == "update" else list(component.outputs)
+    return [*FIRST, *inputs, *outputs]
+
+
+def grouped(component, part: str) -> list[str]:
+    """The arguments of a part that takes its ports in groups."""
+    groups = {"start": [], "output": ["outputs"], "update": ["inputs"]}.get(part, ["inputs", "outputs"])
+    return [*([] if part == "start" else FIRST[:1]), "p", "x", *groups]
+
+
+def takes_views(function) -> bool:
+    """Whether a part is a kernel of values."""
+    return getattr(function, "takes_views", False)
+
+
+def findings(component, part: str) -> list[Finding]:
+    """What is wrong with a part, and with the kernels that it calls."""
+    function = getattr(component, part)
+    name = f"{component.__name__}.{part}"
+    code = getattr(plain(function), "__code__", None)
+    if code is None:
+        return [Finding("", 0, name, f"{function!r} is no function; write a function under @kernel")]
+
+    def finding(what):
+        return [Finding(code.co_filename, _line(function), name, what)]
+
+    if not calls.is_kernel(function):
+        return finding(f"{function.__name__} lacks @kernel; write it above the def")
+    arguments = list(inspect.signature(plain(function)).parameters)
+    wanted = expected(component, part)
+    if arguments == grouped(component, part) and part != "start":
+        wanted = arguments
+    what = _misfit(function, arguments, wanted, part)
+    if what:
+        return finding(what)
+    walk = Walk(component, part)
+    walk.kernel(function, _kinds(component, part, wanted))
+    return walk.findings
+
+
+def _misfit(function, arguments, wanted, part):
+    """The sentence for arguments that are not those of the part."""
+    form = f"{part}({', '.join(wanted)})"
+    if len(arguments) != len(wanted):
+        missing = [name for name in wanted if name not in arguments]
+        more = [name for name in arguments if name not in wanted]
+        hint = ""
+        if len(arguments) < len(wanted) and missing:
+            hint = f", missing: {', '.join(missing)}"
+        elif more and len(arguments) > len(wanted):
+            hint = f", too many: {', '.join(more)}"
+        count = f"{len(arguments)} argument{'s' if len(arguments) != 1 else ''}"
+        return f"{function.__name__} takes {count}, its ports ask for {form}{hint}"
+    for name, port in zip(arguments, wanted):
+        if name != port and name in wanted:
+            return (f"{function.__name__}({', '.join(arguments)}) has '{name}' where '{port}' is passed; the order is "
+                    f"{form}")
+    return None
+
+
+def _kinds(component, part, wanted):
+    views = takes_views(getattr(component, part))
+    bundled = wanted == grouped(component, part)
+
+    def port(name, role):
+        signal = (component.inputs if role == "input" else component.outputs)[name]
+        return records.message(signal, kinds_of(signal) if views else NO_KINDS, role)
+
+    kinds = []
+    for name in wanted:
+        if name == "t_ns":
+            kinds.append(records.TIME)
+        elif name == "p":
+            kinds.append(records.parameters(component, views))
+        elif name == "x":
+            kinds.append(records.state(component, views))
+        elif bundled:
+            role = name.rstrip("s")
+            kinds.append(Record(name, name, {key: port(key, role) for key in getattr(component, name)}))
+        else:
+            kinds.append(port(name, "input" if name in component.inputs else "output"))
+    return kinds
+
+
+def _line(function):
+    found = source(function)
+    return found.tree.lineno if found else plain(function).__code__.co_firstlineno
+
+
