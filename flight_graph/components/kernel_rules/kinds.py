@@ -110,6 +110,14 @@ class Items(Kind):
         return f"{len(self.items)} values"
 
 
+@dataclass(frozen=True)
+class Partly(Kind):
+    """A name that has a value only where a condition holds; line: of that condition."""
+
+    kind: Kind
+    line: int
+
+
 @dataclass(frozen=True, eq=False)
 class Object(Kind):
     """A thing of Python itself: a module, a function, a class. name: as the kernel's source writes it."""
@@ -140,6 +148,9 @@ def join(a: Kind, b: Kind) -> Kind:
     """What holds of a value that is one or the other."""
     if a == b:
         return a
+    if isinstance(a, Partly) or isinstance(b, Partly):
+        line = a.line if isinstance(a, Partly) else b.line
+        return Partly(join(getattr(a, "kind", a), getattr(b, "kind", b)), line)
     if isinstance(a, Number) and isinstance(b, Number):
         return Number(a.of) if a.of is b.of else NUMBER
     if isinstance(a, Items) and isinstance(b, Items) and len(a.items) == len(b.items):
