@@ -39,7 +39,7 @@ def operation(scope: Scope, node: ast.AST, sign: ast.AST, *kinds: Kind) -> Kind:
     if sign in (ast.Is, ast.IsNot) and all(isinstance(kind, (Number, Value, Array, Record)) for kind in kinds):
         instead = "==" if sign is ast.Is else "!="
         return scope.report(node, f"{ast.unparse(node)}: 'is' tells no numbers apart; write {instead}")
-    if any(isinstance(kind, Text) for kind in kinds):
+    if any(isinstance(kind, Text) for kind in kinds) and UNKNOWN not in kinds:
         return _texts(scope, node, sign, kinds)
     if any(isinstance(kind, Record) for kind in kinds) and sign not in (ast.Is, ast.IsNot):
         record = next(kind for kind in kinds if isinstance(kind, Record))

@@ -27,6 +27,7 @@ from flight_graph.components.kernel_rules.kinds import (
     without_range,
 )
 from flight_graph.components.kernel_rules.scope import Scope
+from flight_graph.components.places import is_own
 from flight_graph.components.sources import is_decorated, source
 from flight_math.errors import KernelError
 from flight_math.kernel import plain
@@ -227,7 +228,7 @@ def _stranger(scope, node, function, written):
     if isinstance(function, FunctionType):
         if known_to_numba(function):
             return UNKNOWN
-        if source(function) is not None and scope.walk.is_own(function.__code__.co_filename):
+        if source(function) is not None and is_own(scope.walk.component, function.__code__.co_filename):
             return scope.report(node, f"{written} is a plain function; write @kernel above it "
                                       f"(line {function.__code__.co_firstlineno})")
         return scope.report(node, f"{written} is a plain function of {function.__module__}, no kernel; a kernel calls "

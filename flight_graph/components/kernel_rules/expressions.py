@@ -114,8 +114,9 @@ def _name(scope, node):
         kind = scope.names.get(node.id, UNKNOWN)
         if isinstance(kind, Partly):
             scope.names[node.id] = kind.kind
-            scope.report(node, f"'{node.id}' has a value only where the condition of line {kind.line} holds; give it one "
-                               "before")
+            if scope.depth <= kind.depth:
+                scope.report(node, f"'{node.id}' has a value only where the condition of line {kind.line} holds; give it "
+                                   "one before")
             return kind.kind
         return kind
     value = scope.source.meaning(node.id)

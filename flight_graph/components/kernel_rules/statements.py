@@ -91,19 +91,19 @@ def _branch(scope, node):
             return True
         scope.names = scope.names if ends else taken
         return False
-    scope.names = _joined(taken, scope.names, node.lineno)
+    scope.names = _joined(taken, scope.names, lambda kind: Partly(kind, node.lineno, scope.depth))
     return False
 
 
-def _joined(a, b, line=None):
-    """What holds of all names after one branch or the other. line: of the condition; None: a loop, which is taken."""
+def _joined(a, b, partly=None):
+    """What holds of all names after one branch or the other. partly: what a name is that one of them alone has."""
     joined = {}
     for name in {**a, **b}:
         if name in a and name in b:
             joined[name] = join(a[name], b[name])
         else:
             kind = a.get(name, b.get(name))
-            joined[name] = kind if line is None or isinstance(kind, Partly) else Partly(kind, line)
+            joined[name] = kind if partly is None or isinstance(kind, Partly) else partly(kind)
     return joined
 
 
