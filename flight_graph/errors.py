@@ -8,11 +8,14 @@ class FlightError(ValueError):
 
 
 class RunStopped(FlightError):
-    """A run that a component stopped. reason: ``fault`` or ``nonfinite``; t_ns: time of the tick since the epoch."""
+    """A run that a component stopped. reason: ``fault``, ``nonfinite`` or ``error`` (a kernel raised one).
 
-    def __init__(self, sentence: str, reason: str, t_ns: int = 0):
+    t_ns: time of the tick since the start of the run; recording: what was recorded until then, where the engine keeps it.
+    """
+
+    def __init__(self, sentence: str, reason: str, t_ns: int = 0, recording=None):
         super().__init__(sentence)
-        self.reason, self.t_ns = reason, t_ns
+        self.reason, self.t_ns, self.recording = reason, t_ns, recording
 
 
 def unknown(kind: str, name: str, known, where: str = "") -> FlightError:

@@ -4,7 +4,7 @@ import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from flight_graph.errors import FlightError, unknown
+from flight_graph.errors import FlightError, RunStopped, unknown
 from flight_graph.graphs import metrics
 from flight_graph.graphs.scenario import Scenario
 
@@ -69,7 +69,8 @@ def execute(scenario: Scenario, engine: str = "compiled", pace: str = "lockstep"
             progress=None, compiling=None) -> Outcome:
     """Run a scenario and record it into a new folder. Raises FlightError.
 
-    progress(seconds simulated) is called now and then; compiling() once when machine code must be made first.
+    progress(seconds simulated) is called now and then; compiling(components done, in all, names of those under way) while
+    machine code is made. A run that a component stops leaves its bag up to there, and raises RunStopped.
     """
     check_engine(scenario, engine)
     pace, factor = parse_pace(pace)
@@ -83,10 +84,11 @@ def execute(scenario: Scenario, engine: str = "compiled", pace: str = "lockstep"
     from flight_graph.recordings.recording import write_recording
     if (engine == "python") != bool(config.DISABLE_JIT):
         raise FlightError("the python engine needs NUMBA_DISABLE_JIT=1 in the environment, and no other engine may have it")
-    run = CompiledRun(scenario)
-    if compiling and not run.is_compiled():
-        compiling()
-    recording = run.run(progress)
+    try:
+        recording = CompiledRun(scenario).run(progress, compiling=compiling)
+    except RunStopped as stop:
+        write_recording(stop.recording, folder, engine)
+        raise
     write_recording(recording, folder, engine)
     return Outcome(folder, engine, "none", recording.wall_s, recording.compile_s, metrics.compute(scenario, recording))
 

@@ -123,6 +123,7 @@ def run_all(entries: dict[str, RunEntry], jobs: int, progress=None, kept=None) -
             scenarios.setdefault(key, scenario)
             first.setdefault(key, f"{name} {label}".strip())
     memory, found = threading.local(), {}
+    _compile(scenarios.values(), progress)
 
     def one(key):
         if not hasattr(memory, "logs"):
@@ -131,8 +132,6 @@ def run_all(entries: dict[str, RunEntry], jobs: int, progress=None, kept=None) -
 
     with ThreadPoolExecutor(max_workers=max(1, jobs or os.cpu_count() or 1)) as pool:
         futures = [pool.submit(one, key) for key in scenarios]
-        if progress:
-            progress(0, len(futures), "compiling")
         try:
             for done, future in enumerate(as_completed(futures), 1):
                 key, result = future.result()
@@ -144,6 +143,17 @@ def run_all(entries: dict[str, RunEntry], jobs: int, progress=None, kept=None) -
             raise
     return {name: found[keys[""]] if list(keys) == [""] else Several({label: found[key] for label, key in keys.items()})
             for name, keys in wanted.items()}
+
+
+def _compile(scenarios, progress):
+    """Make the machine code of all runs at once, before threads wait for each other."""
+    from flight_graph.engines import compilation
+    components = {node.use: node.component for scenario in scenarios for node in scenario.graph.nodes.values()}
+
+    def tell(done, total, names):
+        if progress:
+            progress(done, total, f"compiling {names}")
+    compilation.load(components, progress=tell)
 
 
 def _checked(name, entry):

@@ -78,7 +78,7 @@ def _ros():
 
 
 def _cache():
-    from flight_graph.engines import source
+    from flight_graph.engines.cache import cache_folder
     from flight_graph.engines.compiled import CompiledRun
     from flight_graph.errors import FlightError
     from flight_graph.graphs import scenario
@@ -88,6 +88,6 @@ def _cache():
             warm[name] = CompiledRun(scenario.load(name)).is_compiled()
         except FlightError as error:
             warm[name] = str(error)
-    return {"cache": str(source.cache_folder()), "compiled": [name for name, found in warm.items() if found is True],
+    return {"cache": str(cache_folder()), "compiled": [name for name, found in warm.items() if found is True],
             "not compiled yet": [name for name, found in warm.items() if found is False],
             "broken": {name: found for name, found in warm.items() if isinstance(found, str)}}

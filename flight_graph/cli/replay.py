@@ -40,7 +40,7 @@ def verify(
     from flight_graph.replays.verify import verify as run_again
     with steps(f"verify {bag}", not as_json) as advance:
         result = run_again(bag, engine, trust, tolerance, lambda seconds: advance(seconds, None, "s simulated"),
-                           lambda: advance(0, None, "compiling (once; it is kept)"))
+                           lambda done, total, names: advance(done, total, f"compiling {names} (once; it is kept)"))
     if as_json:
         print(json.dumps({"bag": str(bag), "holds": result.holds, **result.plain()}, default=str))
     else:

@@ -37,15 +37,20 @@ class RunProgress:
         if self._bar:
             self._bar.stop()
 
-    def compiling(self) -> None:
-        """Say that machine code is being made."""
+    def compiling(self, done: int, total: int, names: str) -> None:
+        """Say what machine code is being made."""
         if self._bar:
-            self._bar.update(self._task, description=f"{self._name}: compiling (once; it is kept)")
+            self._bar.update(self._task, description=compiling_text(self._name, done, total, names))
 
     def advance(self, seconds: float) -> None:
         """Move the bar to ``seconds`` simulated."""
         if self._bar:
             self._bar.update(self._task, completed=seconds, description=self._name)
+
+
+def compiling_text(name: str, done: int, total: int, names: str) -> str:
+    """What is being compiled, for a bar."""
+    return f"{name}: compiling {names or 'components'} (once; it is kept), {done} of {total} done"
 
 
 @contextmanager

@@ -10,6 +10,10 @@ from flight_graph.components.findings import shown
 from flight_graph.components.sources import tree
 from flight_graph.errors import FlightError
 
+_LIBRARY = ("flight_graph", "flight_math", "msg_schemas")
+_PACKAGES = ("cubli_ros", "spacerobot_ros", "lander_ros", "sim_nodes")
+_PYTHON = Path(ast.__file__).parent  # its own library
+
 
 def refuse(cls: type, name: str, what: str) -> None:
     """Raise FlightError for a declaration of a class: ``file:line: Class.name: what``."""
@@ -27,6 +31,23 @@ def declaration(cls: type, name: str = "") -> tuple[str, int]:
         if isinstance(node, ast.ClassDef) and node.name == cls.__name__:
             return path, next((part.lineno for part in node.body if name in _declared(part)), node.lineno)
     return path, 1
+
+
+def is_own(component: type, path: str) -> bool:
+    """Whether a file is the user's: of a component of our packages any of theirs, of another one none of ours."""
+    own, file = _folder(component.__module__.partition(".")[0]), Path(path)
+    if own is not None and own in file.parents:
+        return True
+    foreign = _LIBRARY if component.__module__.partition(".")[0] in _PACKAGES else (*_LIBRARY, *_PACKAGES)
+    folders = [_folder(name) for name in foreign]
+    return (path != "" and not any(folder in file.parents for folder in folders if folder) and _PYTHON not in file.parents
+            and not {"site-packages", "dist-packages"} & set(file.parts))
+
+
+def _folder(package):
+    """The folder of a package; None for a single file."""
+    paths = list(getattr(sys.modules.get(package), "__path__", ()))
+    return Path(paths[0]) if paths else None
 
 
 def innermost(error: BaseException, folder: Path) -> tuple[str, int]:

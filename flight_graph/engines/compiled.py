@@ -1,29 +1,29 @@
-"""The compiled executor: a scenario's whole schedule as one numba loop in this process.
+"""A run of a scenario in this process: compiled parts and the fixed driver, or, for debuggers, plain Python.
 
-With NUMBA_DISABLE_JIT=1 in the environment the same generated source runs as plain Python (engine ``python``).
+With NUMBA_DISABLE_JIT=1 in the environment the same schedule is walked in plain Python (engine ``python``).
 """
 
-import threading
 import time
 from dataclasses import dataclass, field
 
 import numba
 import numpy as np
 
-from flight_graph.engines import source
-from flight_graph.errors import RunStopped
+from flight_graph.engines import compilation, driver
+from flight_graph.engines.plain_driver import PlainTables
+from flight_graph.engines.schedule import Schedule
+from flight_graph.engines.stops import FAULT, REASONS, raised_sentence, stop_sentence
+from flight_graph.errors import FlightError, RunStopped
 from flight_graph.graphs.scenario import Scenario
-from flight_graph.timebase import SECOND
+from flight_graph.timebase import SECOND, stamp_parts
 from msg_schemas.signal import Signal
 
-SHORTEST_CHUNK = 2000  # [ticks] between calls of progress; entering the loop costs some 50 us
-_COMPILING = threading.Lock()  # runs of a sweep are threads of one process
-_READY = set()  # modules whose machine code is loaded
+SHORTEST_CHUNK = 2000  # [ticks] between calls of progress
 
 
 @dataclass
 class Track:
-    """All recorded messages of one topic. stamps_ns: (n,) time since the epoch; records: (n,) structured array."""
+    """All recorded messages of one topic. stamps_ns: (n,) time since the start; records: (n,) structured array."""
 
     topic: str
     signal: Signal
@@ -37,13 +37,15 @@ class Track:
 class Recording:
     """What a run left behind: tracks in the order of the schedule, and how long it took.
 
-    wall_s: seconds in the loop alone; compile_s: seconds until the first step could run.
+    wall_s: seconds in the loop alone; compile_s: seconds until the first step could run. stopped: the sentence of a
+    component that ended the run before its time.
     """
 
     scenario: Scenario
     tracks: list[Track] = field(default_factory=list)
     wall_s: float = 0.0
     compile_s: float = 0.0
+    stopped: str = ""
 
     def __getitem__(self, topic: str) -> np.ndarray:
         for track in self.tracks:
@@ -58,129 +60,151 @@ class Recording:
 class CompiledRun:
     """One run of a scenario. `compile` makes the machine code ready, `run` fills the recording."""
 
-    def __init__(self, scenario: Scenario):
-        self.scenario, self.graph = scenario, scenario.graph
-        self.plan = scenario.recorded()
-        text, self.names, self.slots = source.loop_source(self.graph, self.plan)
-        kernels = [function for node in self.graph.nodes.values() for function in node.component.kernels()]
-        self.module = source.load(text, kernels, "loop")
+    def __init__(self, scenario: Scenario, check_bounds: bool = False):
+        self.scenario, self.graph, self.check_bounds = scenario, scenario.graph, check_bounds
+        self.schedule = Schedule.of(self.graph, scenario.recorded())
+        self._codes = None
+
+    @property
+    def components(self) -> dict:
+        """use -> component, of all nodes."""
+        return {node.use: node.component for node in self.graph.nodes.values()}
 
     def is_compiled(self) -> bool:
-        """Whether the machine code lies in the cache."""
-        return numba.config.DISABLE_JIT or source.is_cached(self.module)
+        """Whether all machine code lies in the cache."""
+        return bool(numba.config.DISABLE_JIT) or compilation.is_ready(self.components, self.check_bounds)
 
-    def prepare(self, ticks: int, logs: dict | None = None) -> dict:
-        """Fresh arrays for a run: parameters, states, outputs, logs, by the names of the loop's arguments.
+    def compile(self, progress=None) -> float:
+        """Make the machine code ready (from the cache where it can be); return the seconds it took.
 
-        logs: the arrays of an earlier run; those that fit are filled again (a run fills every row).
+        progress(components done, in all, names of those under way) is called while something is compiled.
         """
-        arrays = {}
-        for node in self.graph.nodes.values():
-            component = node.component
-            arrays[f"P_{node.name}"] = component.parameters.record(node.values, node.name)
-            arrays[f"P_{node.name}"]["period"] = node.period_ns / SECOND
-            arrays[f"X_{node.name}"] = component.initial_state(node.values)
-            for port, signal in component.outputs.items():
-                arrays[f"O_{node.name}_{port}"] = signal.new()[1]
-                arrays[f"V_{node.name}_{port}"] = signal.new()[1]
-            for port, signal in component.inputs.items():
-                arrays[f"H_{node.name}_{port}"] = signal.new()[1]
-        for (name, port), every in self.plan.items():
-            period = self.graph.nodes[name].output_period_ns(port) * every // self.graph.base_ns
-            log, rows, signal = f"L_{name}_{port}", -(-ticks // period), self.graph.signal(name, port)
-            old = (logs or {}).get(log)
-            fits = old is not None and len(old) == rows and old.dtype == signal.dtype
-            arrays[log] = old if fits else signal.zeros(rows)
-        arrays = {name: arrays[name] for name in self.names}
-        if numba.config.DISABLE_JIT:
-            arrays = {name: array.view(np.recarray) for name, array in arrays.items()}
-        return arrays
-
-    def compile(self) -> float:
-        """Make the loop ready (from the cache where it can be); return the seconds it took."""
         began = time.perf_counter()
-        with _COMPILING:
-            if self.module not in _READY:
-                arrays = list(self.prepare(0).values())
-                with np.errstate(all="ignore"):
-                    self.module.start(*arrays)
-                    self.module.run(self._control(0), *arrays)
-                _READY.add(self.module)
+        if self._codes is None and not numba.config.DISABLE_JIT:
+            found = compilation.load(self.components, self.check_bounds, progress)
+            self._codes = {name: found[node.use] for name, node in self.graph.nodes.items()}
         return time.perf_counter() - began
 
-    def run(self, progress=None, logs: dict | None = None) -> Recording:
-        """Run the scenario. progress(seconds simulated) is called now and then. Raises RunStopped on a fault.
+    def start(self, ticks: int, logs: dict | None = None) -> "Flight":
+        """Fresh memory for a run of so many ticks, with every component started."""
+        self.compile()
+        return Flight(self, self.schedule.memory(ticks, logs), self._codes)
 
-        logs: takes the arrays of the log, and gives those of an earlier run back to this one: a recording made with the
-        same dictionary before is overwritten.
+    def run(self, progress=None, logs: dict | None = None, compiling=None) -> Recording:
+        """Run the scenario. progress(seconds simulated) is called now and then.
+
+        Raises RunStopped on a fault; what was recorded until then is its ``recording``. logs: takes the arrays of the log,
+        and gives those of an earlier run back to this one: a recording made with the same dictionary before is
+        overwritten. compiling: as the progress of `compile`.
         """
-        compile_s = self.compile()
+        compile_s = self.compile(compiling)
         ticks = -(-self.scenario.duration_ns // self.graph.base_ns)
-        arrays = self.prepare(ticks, logs)
-        control, values = self._control(ticks), list(arrays.values())
-        chunk = max(SHORTEST_CHUNK, ticks // 100) if progress else ticks
         began = time.perf_counter()
-        with np.errstate(all="ignore"):
-            self.module.start(*values)
-            while control[source.TICK] < ticks:
-                control[source.END] = min(ticks, control[source.TICK] + chunk)
-                if self.module.run(control, *values):
-                    reason = "fault" if control[source.STOP] == source.FAULT else "nonfinite"
-                    stopped_ns = int(control[source.TICK]) * self.graph.base_ns
-                    raise RunStopped(self._stop_sentence(control, arrays), reason, stopped_ns)
-                if progress:
-                    progress(int(control[source.TICK]) * self.graph.base_ns / SECOND)
+        flight = self.start(ticks, logs)
+        chunk = max(SHORTEST_CHUNK, ticks // 100) if progress else ticks
+        while not flight.stop and flight.tick < ticks:
+            flight.advance(min(ticks, flight.tick + chunk))
+            if progress:
+                progress(flight.tick * self.graph.base_ns / SECOND)
         wall_s = time.perf_counter() - began
         if logs is not None:
-            logs.update((name, arrays[name]) for name in arrays if name.startswith("L_"))
-        return Recording(self.scenario, self._tracks(arrays), wall_s, compile_s)
+            logs.update((name, array) for name, array in flight.arrays.items() if name.startswith("L_"))
+        recording = Recording(self.scenario, flight.tracks(), wall_s, compile_s)
+        if flight.stop:
+            flight.stop.recording, recording.stopped = recording, str(flight.stop)
+            raise flight.stop
+        return recording
 
-    def _control(self, ticks):
-        return self.slots.control(ticks, self.scenario.epoch_ns, self.graph.base_ns)
 
-    def _tracks(self, arrays):
-        tracks = []
-        for (name, port), every in self.plan.items():
-            records = arrays[f"L_{name}_{port}"].view(np.ndarray)
-            period = self.graph.nodes[name].output_period_ns(port) * every
-            signal = self.graph.signal(name, port)
-            records = records.view(signal.dtype)
-            tracks.append(Track(signal.topic, signal, name, port, np.arange(len(records)) * period, records))
+class Flight:
+    """A run under way: its whole memory is ``arrays``. ``stop`` is the RunStopped that ended it, if one did."""
+
+    def __init__(self, run: CompiledRun, arrays: dict, codes: dict | None):
+        self.arrays, self.stop = arrays, None
+        self._run, self._graph, self._schedule, self._codes = run, run.graph, run.schedule, codes
+        self._tick = 0
+        with np.errstate(all="ignore"):
+            if codes is None:
+                components = {name: node.component for name, node in self._graph.nodes.items()}
+                self._tables = PlainTables(self._schedule, arrays, components)
+            else:
+                self._tables = driver.Tables(self._schedule, arrays, codes)
+                self._control = self._tables.control(run.scenario.epoch_ns, self._graph.base_ns)
+            self._start()
+
+    @property
+    def tick(self) -> int:
+        """The next tick."""
+        return self._tick
+
+    def _start(self):
+        for node, parameters, state in self._schedule.starts:
+            if not self.stop:
+                parameters, state = self.arrays[parameters], self.arrays[state]
+                self._guarded(node, "start", self._tables.start, node, parameters, state)
+                if not self.stop and state["fault"][0]:
+                    self._stopped(node, "start", FAULT)
+
+    def advance(self, tick: int) -> None:
+        """Run until before a tick, or until a component stops the run."""
+        if self._codes is None:
+            self._advance_plainly(tick)
+            return
+        self._control["end"] = tick
+        if driver.function("run")(driver.address(self._control)):
+            firing = self._schedule.firings[int(self._control["who"][0])]
+            self._tick = int(self._control["tick"][0])
+            self._stopped(firing.node, firing.part, int(self._control["stop"][0]))
+        self._tick = int(self._control["tick"][0])
+
+    def _advance_plainly(self, end):
+        with np.errstate(all="ignore"):
+            while not self.stop and self._tick < end:
+                self._plain_tick(self._tick * self._graph.base_ns)
+
+    def _plain_tick(self, t_ns):
+        self._tables.hold(self._tick)
+        stamp = stamp_parts(self._run.scenario.epoch_ns + t_ns)
+        for firing, bound in zip(self._schedule.firings, self._tables.firings):
+            if self._tick % firing.period == 0:
+                code = self._guarded(firing.node, firing.part, bound.fire, self._tick, t_ns, stamp)
+                if code:
+                    self._stopped(firing.node, firing.part, code)
+                if self.stop:
+                    return
+        self._tick += 1
+
+    def _guarded(self, node, part, call, *arguments):
+        """What a kernel raises in plain Python stops the run, as it does when compiled."""
+        try:
+            return call(*arguments)
+        except FlightError:
+            raise
+        except Exception as error:
+            text = raised_sentence(node, part, f"{type(error).__name__}: {error}", self._seconds())
+            self.stop = RunStopped(text, "error", self._tick * self._graph.base_ns)
+            self.stop.__cause__ = error
+            return 0
+
+    def _seconds(self):
+        return self._tick * self._graph.base_ns / SECOND
+
+    def _stopped(self, name, part, code):
+        component = self._graph.nodes[name].component
+        records = {"parameters": self.arrays[f"P_{name}"], "state": self.arrays[f"X_{name}"],
+                   **{port: self.arrays[f"O_{name}_{port}"] for port in component.outputs}}
+        errors = self._codes[name][part].errors if self._codes else None
+        sentence = stop_sentence(name, part, component, code, records, self._seconds(), errors)
+        self.stop = RunStopped(sentence, REASONS[code], self._tick * self._graph.base_ns)
+
+    def tracks(self) -> list[Track]:
+        """What was logged so far."""
+        tracks, counts = [], self._tables.logged()
+        for firing in self._schedule.firings:
+            for made in firing.publications:
+                if made.log is not None:
+                    records = self.arrays[made.log][:counts[made.log]]
+                    period = self._schedule.log_period_ns(firing.node, made.port)
+                    tracks.append(Track(made.signal.topic, made.signal, firing.node, made.port,
+                                        np.arange(len(records)) * period, records))
         return tracks
-
-    def _stop_sentence(self, control, arrays):
-        step = self.graph.order[control[source.WHO]]
-        node = self.graph.nodes[step.node]
-        seconds = int(control[source.TICK]) * self.graph.base_ns / SECOND
-        if control[source.STOP] == source.FAULT:
-            return fault_sentence(node.name, node.component, arrays[f"P_{node.name}"], arrays[f"X_{node.name}"], seconds)
-        for port, signal in node.component.outputs.items():
-            sentence = nonfinite_sentence(node.name, port, signal, arrays[f"O_{node.name}_{port}"], seconds)
-            if sentence:
-                return sentence
-        return f"{node.name} stopped at t = {seconds:g} s"
-
-
-def fault_sentence(name, component, parameters, state, seconds) -> str:
-    """The sentence of a fault code, with the values it names filled in."""
-    code = int(state["fault"][0])
-    text = component.faults.get(code, f"fault {code}")
-    values = {key: _readable(array[0][key]) for array in (parameters, state) for key in array.dtype.names}
-    return f"{name} stopped at t = {seconds:g} s: {text.format(**values)}"
-
-
-def nonfinite_sentence(name, port, signal, record, seconds) -> str | None:
-    """Which field of an output is not finite, in words; None when all are."""
-    body = np.ascontiguousarray(record).view("u1").reshape(-1)
-    for path, dtype, offset, length in signal.leaves():
-        if dtype.base.kind == "f" and path not in signal.may_be_nonfinite:
-            values = body[offset:offset + length].view(dtype.base)
-            if not np.isfinite(values).all():
-                index = int(np.argmin(np.isfinite(values)))
-                return (f"{name} stopped at t = {seconds:g} s: its output {port}.{path}"
-                        f"{f'[{index}]' if dtype.shape else ''} is {values[index]}; only finite numbers are published")
-    return None
-
-
-def _readable(value):
-    return np.asarray(value).tolist() if np.ndim(value) else value

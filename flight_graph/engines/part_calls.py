@@ -1,9 +1,28 @@
-"""How generated source calls a component's part: with records, or with views where the part is written with values."""
+"""How a part takes its records: raw, as views where it is written with values, each by itself or in named tuples."""
 
 import inspect
+from collections import namedtuple
+from functools import cache
 
-from flight_graph.components.component import kinds_of
+import numpy as np
+
+from flight_graph.components.component import Component, kinds_of
 from flight_math.kernel import plain
+from flight_math.values import Kinds, view
+
+PARTS = ("start", "kernel", "output", "update")
+
+
+def parts(component: type[Component]) -> list[str]:
+    """The parts that a component has, in the order in which they run."""
+    return [part for part in PARTS if getattr(component, part) is not None]
+
+
+def ports(component: type[Component], part: str) -> tuple[list[str], list[str]]:
+    """The inputs and the outputs that a part takes, in the order of its arguments."""
+    inputs = [] if part in ("start", "output") else list(component.inputs)
+    outputs = [] if part in ("start", "update") else list(component.outputs)
+    return inputs, outputs
 
 
 def takes_views(function) -> bool:
@@ -17,35 +36,55 @@ def bundles(function) -> tuple[bool, bool]:
     return "inputs" in names, "outputs" in names
 
 
-def part_call(component, part, prefix, parameters, state, inputs, outputs) -> str:
-    """The arguments of a part as text. inputs, outputs: (port, text of its record)."""
-    function = getattr(component, part)
-    time = ["t"] if part != "start" else []
-    if not takes_views(function):
-        return ", ".join([*time, parameters, state, *(record for _, record in inputs + outputs)])
-    arguments = [*time, f"view({parameters}, KP_{prefix})", f"view({state}, KX_{prefix})"]
-    for ports, bundled, kind in zip((inputs, outputs), bundles(function), ("I", "O")):
-        views = [f"view({record}, K{kind}_{prefix}_{port})" for port, record in ports]
-        arguments += [f"N{kind}_{prefix}_{part}({', '.join(views)})"] if bundled else views
-    return ", ".join(arguments)
+def records(component: type[Component], part: str) -> list[tuple[np.dtype, Kinds | None]]:
+    """Layout and kinds of a part's records: parameters, state, inputs, outputs. Kinds are None for raw records."""
+    inputs, outputs = ports(component, part)
+    signals = [component.inputs[port] for port in inputs] + [component.outputs[port] for port in outputs]
+    own = [component.parameters, component.state]
+    if not takes_views(getattr(component, part)):
+        return [(one.dtype, None) for one in own + signals]
+    return [(one.dtype, one.kinds) for one in own] + [(signal.dtype, kinds_of(signal)) for signal in signals]
 
 
-def kinds_lines(use, component, part, prefix) -> list[str]:
-    """The lines that define the constants of `part_call`; their text tells kinds apart. ``use``: the component as text."""
+@cache
+def _tuple_of(side: str, names: tuple):
+    return namedtuple(side, names)
+
+
+def arranged(component: type[Component], part: str, given: list, bundle) -> list:
+    """What stands for each record, in the form of the part's arguments; bundle(named tuple class, items) makes a bundle."""
     function = getattr(component, part)
-    if not takes_views(function):
-        return []
-    sides = {"I": component.inputs if part in ("kernel", "update") else {},
-             "O": component.outputs if part in ("kernel", "output") else {}}
-    lines = ["from collections import namedtuple", "from flight_graph.components.component import kinds_of",
-             "from flight_math.values import view",
-             f"KP_{prefix} = {use}.parameters.kinds  # {component.parameters.kinds!r}",
-             f"KX_{prefix} = {use}.state.kinds  # {component.state.kinds!r}"]
-    for kind, ports in sides.items():
-        name = {"I": "inputs", "O": "outputs"}[kind]
-        for port, signal in ports.items():
-            lines.append(f"K{kind}_{prefix}_{port} = kinds_of({use}.{name}[{port!r}])  # {kinds_of(signal)!r}")
-    for kind, bundled in zip("IO", bundles(function)):
-        if bundled:
-            lines.append(f"N{kind}_{prefix}_{part} = namedtuple('N{kind}_{prefix}_{part}', {list(sides[kind])!r})")
-    return lines
+    arguments, rest = list(given[:2]), list(given[2:])
+    for side, names, bundled in zip(("inputs", "outputs"), ports(component, part), bundles(function)):
+        items, rest = rest[:len(names)], rest[len(names):]
+        if bundled and takes_views(function):
+            arguments.append(bundle(_tuple_of(side, tuple(names)), items))
+        else:
+            arguments += items
+    return arguments
+
+
+def plain_arguments(component: type[Component], part: str, arrays: list[np.ndarray]) -> list:
+    """The arguments of a part in plain Python, but for the time: over the memory of these (1,) records."""
+    given = []
+    for array, (_, kinds) in zip(arrays, records(component, part)):
+        record = array.view(np.recarray)[0]
+        given.append(record if kinds is None else view(record, kinds))
+    return arranged(component, part, given, lambda bundle, items: bundle(*items))
+
+
+def compiled_arguments(component: type[Component], part: str) -> list:
+    """Numba's types of the arguments of a part."""
+    from numba.core import types
+    from numba.np.numpy_support import from_dtype
+
+    from flight_math.values.compiled_views import ViewType
+    given = [from_dtype(dtype) if kinds is None else ViewType(from_dtype(dtype), kinds)
+             for dtype, kinds in records(component, part)]
+    time = [types.int64] if part != "start" else []
+
+    def bundle(cls, items):
+        if items and all(item == items[0] for item in items):
+            return types.NamedUniTuple(items[0], len(items), cls)
+        return types.NamedTuple(tuple(items), cls)
+    return time + arranged(component, part, given, bundle)

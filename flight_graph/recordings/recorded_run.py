@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from flight_graph.bags.reader import Bag, read_bag
-from flight_graph.engines.source import cache_folder
+from flight_graph.engines.cache import cache_folder
 from flight_graph.errors import FlightError
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.recording import SCENARIO, BagSignals, RecordedTopic, recorded_topics, versions
@@ -100,8 +100,7 @@ def _runnable(bag, name: str, use: str, trust: bool) -> str:
         raise FlightError(
             f"{bag.path}: component {name} is code that the bag carries ({original.name}); read it (flight info "
             f"{bag.path} --attachment component/{name}.py), then add --trust to run it")
-    folder = cache_folder() / "components"
-    folder.mkdir(exist_ok=True)
+    folder = cache_folder("components")
     stem = "".join(letter if letter.isalnum() else "_" for letter in original.stem)
     path = folder / f"{stem}_{hashlib.sha256(attachment.data).hexdigest()[:16]}.py"
     path.write_bytes(attachment.data)

@@ -105,12 +105,13 @@ class RunBag:
 
 
 def write_recording(recording: Recording, folder, engine: str, overwrite: bool = False) -> None:
-    """Write a finished in-process run as a bag: messages by stamp, then in the order of the schedule."""
+    """Write an in-process run as a bag: messages by stamp, then in the order of the schedule."""
     bag = RunBag(folder, recording.scenario, engine, "none", overwrite)
     tracks = {(track.node, track.port): track for track in recording.tracks}
     found = [(topic, tracks[topic.node, topic.port]) for topic in bag.topics]
     bag.write_all([(topic, track.stamps_ns, payloads(topic, track.records)) for topic, track in found])
-    bag.close({"complete": "true", "lost": "0"})
+    outcome = {"complete": str(not recording.stopped).lower(), "lost": "0"}
+    bag.close({**outcome, "stopped": recording.stopped} if recording.stopped else outcome)
 
 
 def column_units(topics: list[RecordedTopic]) -> dict[str, str]:

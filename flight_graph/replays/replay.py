@@ -12,8 +12,7 @@ import numpy as np
 
 from flight_graph.bags.reader import read_bag
 from flight_graph.bags.writer import BagWriter
-from flight_graph.engines import source, steps
-from flight_graph.engines.compiled import fault_sentence, nonfinite_sentence
+from flight_graph.engines.single import SingleComponent
 from flight_graph.errors import FlightError, unknown
 from flight_graph.graphs import scenario as scenarios
 from flight_graph.graphs.graph import Node
@@ -22,7 +21,7 @@ from flight_graph.recordings.comparison import TOLERANCE, Comparison, compare, w
 from flight_graph.recordings.recorded_run import RecordedRun, open_recorded, shortened
 from flight_graph.recordings.recording import RecordedTopic, payloads
 from flight_graph.runs import ENGINES
-from flight_graph.timebase import SECOND, stamp_parts
+from flight_graph.timebase import SECOND
 
 
 @dataclass(frozen=True)
@@ -152,26 +151,25 @@ def comparable_topics(run: RecordedRun, component: str) -> list[RecordedTopic]:
 
 
 def _in_process(scenario, node, inputs, answers, end_ns, folder, progress):
-    """Fire the component's own compiled step at every period; return (bag of answers, firings, sentence of a stop)."""
-    machine = _Machine(scenario, node)
+    """Fire the component by itself at every period; return (bag of answers, firings, sentence of a stop)."""
+    machine, given, made = _machine(scenario, node)
     ports = {topic.port: topic for topic in reversed(answers)}
-    rows = {port: -(-end_ns // topic.period_ns) for port, topic in ports.items()}
-    logs = {port: topic.signal.zeros(rows[port]) for port, topic in ports.items()}
-    silent = {port: signal.new()[1] for port, signal in node.component.inputs.items()}
+    logs = {port: topic.signal.zeros(-(-end_ns // topic.period_ns)) for port, topic in ports.items()}
+    sources = [(entry, _bytes(entry.records), _bytes(given[port])[0]) for port, entry in inputs.items()]
+    written = [(topic.period_ns, _bytes(logs[port]), _bytes(made[port])[0]) for port, topic in ports.items()]
     shown = max(1, end_ns // node.period_ns // 100)
     stopped, firings, t_ns = "", 0, 0
     while t_ns < end_ns:
-        given = []
-        for port in node.component.inputs:
-            entry = inputs.get(port)
-            at = entry.index(t_ns) if entry is not None else -1
-            given.append(entry.records[at:at + 1] if at >= 0 else silent[port])
-        stopped = machine.fire(t_ns, given)
+        for entry, rows, record in sources:
+            at = entry.index(t_ns)
+            if at >= 0:
+                record[:] = rows[at]
+        stopped = _fire(machine, t_ns)
         if stopped:
             break
-        for port, topic in ports.items():
-            if t_ns % topic.period_ns == 0:
-                logs[port][t_ns // topic.period_ns] = machine.outputs[port].view(np.ndarray)[0]
+        for period_ns, rows, record in written:
+            if t_ns % period_ns == 0:
+                rows[t_ns // period_ns] = record
         firings += 1
         t_ns += node.period_ns
         if progress and firings % shown == 0:
@@ -181,55 +179,30 @@ def _in_process(scenario, node, inputs, answers, end_ns, folder, progress):
     return write_topics(folder, answers, [times + scenario.epoch_ns for times in stamps], written), firings, stopped
 
 
-class _Machine:
-    """A component's parts, state and output records, outside of any graph."""
+def _bytes(records: np.ndarray) -> np.ndarray:
+    """The (n, size) bytes of records."""
+    return np.ascontiguousarray(records).view("u1").reshape(len(records), -1)
 
-    def __init__(self, scenario: Scenario, node: Node):
-        self._node, self._epoch_ns = node, scenario.epoch_ns
-        component = node.component
-        self._parameters = component.parameters.record(node.values, node.name)
-        self._parameters["period"] = node.period_ns / SECOND
-        self._state = component.initial_state(node.values)
-        self.outputs = {port: signal.new()[1] for port, signal in component.outputs.items()}
-        self._stamps = []
-        for port, signal in component.outputs.items():
-            stamp = self.outputs[port]
-            for part in signal.stamp_path.split("."):
-                stamp = stamp[part]
-            self._stamps.append(stamp)
-        if source.numba.config.DISABLE_JIT:
-            self._parameters, self._state = self._parameters.view(np.recarray), self._state.view(np.recarray)
-            self.outputs = {port: record.view(np.recarray) for port, record in self.outputs.items()}
-        self._parts = steps.load(node.use, component)
-        self._is_new = True
 
-    def fire(self, t_ns: int, inputs: list) -> str:
-        """One firing; the sentence of a stop, or nothing."""
-        if source.numba.config.DISABLE_JIT:
-            inputs = [record.view(np.recarray) for record in inputs]
-        outputs = list(self.outputs.values())
-        with np.errstate(all="ignore"):
-            if self._is_new:
-                self._is_new = False
-                if (code := self._call("start", t_ns, [])):
-                    return self._sentence(code, t_ns)
-            sec, nanosec = stamp_parts(self._epoch_ns + t_ns)
-            for stamp in self._stamps:
-                stamp["sec"], stamp["nanosec"] = sec, nanosec
-            for part, arrays in (("kernel", inputs + outputs), ("output", outputs), ("update", inputs)):
-                if (code := self._call(part, t_ns, arrays)):
-                    return self._sentence(code, t_ns)
-        return ""
+def _machine(scenario: Scenario, node: Node):
+    """The component outside of any graph, and its input and output records by port."""
+    component = node.component
+    parameters = component.parameters.record(node.values, node.name)
+    parameters["period"] = node.period_ns / SECOND
+    inputs = {port: signal.new()[1] for port, signal in component.inputs.items()}
+    outputs = {port: signal.new()[1] for port, signal in component.outputs.items()}
+    periods = {port: node.output_period_ns(port) for port in outputs}
+    machine = SingleComponent(node.name, node.use, component, parameters, component.initial_state(node.values), inputs,
+                              outputs, periods, scenario.epoch_ns)
+    return machine, inputs, outputs
 
-    def _call(self, part, t_ns, arrays):
-        return self._parts[part](t_ns, self._parameters, self._state, *arrays) if part in self._parts else 0
 
-    def _sentence(self, code, t_ns):
-        node, component = self._node, self._node.component
-        if code == source.FAULT:
-            return fault_sentence(node.name, component, self._parameters, self._state, t_ns / SECOND)
-        port = list(self.outputs)[code // 10]
-        return nonfinite_sentence(node.name, port, component.outputs[port], self.outputs[port], t_ns / SECOND)
+def _fire(machine, t_ns) -> str:
+    """One firing; the sentence of a stop, or nothing."""
+    for part in ("start", "kernel", "output", "update") if t_ns == 0 else ("kernel", "output", "update"):
+        if sentence := machine.call(part, t_ns):
+            return sentence
+    return ""
 
 
 def _until(run, answers, again, end_ns, folder):

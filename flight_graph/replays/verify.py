@@ -90,10 +90,7 @@ def _again(run: RecordedRun, progress, compiling) -> tuple[Recording | None, str
 
 
 def _run(scenario, progress, compiling):
-    again = CompiledRun(scenario)
-    if compiling and not again.is_compiled():
-        compiling()
-    return again.run(progress)
+    return CompiledRun(scenario).run(progress, compiling=compiling)
 
 
 def _as_bag(run: RecordedRun, recording, folder):

@@ -42,14 +42,12 @@ def fire(node, component, t_ns: int) -> None:
     """One firing at t."""
     if component.kernel is None:
         node.publish_clock(t_ns)
-        node.stamp_outputs(t_ns)
         node.call("output", t_ns)
         node.publish_outputs(t_ns)
         join(node, t_ns)
         node.call("update", t_ns)
     else:
         join(node, t_ns)
-        node.stamp_outputs(t_ns)
         node.call("kernel", t_ns)
         node.publish_outputs(t_ns)
 

@@ -8,8 +8,7 @@ import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 
-from flight_graph.engines import source, steps
-from flight_graph.engines.compiled import fault_sentence, nonfinite_sentence
+from flight_graph.engines.single import SingleComponent
 from flight_graph.errors import FlightError, unknown
 from flight_graph.recordings.recording import formatted_payload
 from flight_graph.ros.parameters import ComponentParameters
@@ -57,7 +56,10 @@ class ComponentNode(LifecycleNode):
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
         self._thread = threading.Thread(target=self._serve, daemon=True)
-        self._steps = steps.load(use, component)
+        self._machine = SingleComponent(
+            name, use, component, self.parameters.record, self.state,
+            {port: entry.record for port, entry in self.inputs.items()},
+            {port: entry.record for port, entry in self.outputs.items()}, self.output_periods, self.settings.epoch_ns)
         self._thread.start()
         if autostart:
             self.trigger_configure()
@@ -109,27 +111,10 @@ class ComponentNode(LifecycleNode):
 
     # -- kernels -------------------------------------------------------------------------------------------------
     def call(self, part: str, t_ns: int) -> None:
-        """Run one part of the component at t. Raises FlightError on a fault or a non-finite output."""
-        step = self._steps.get(part)
-        if step is None:
-            return
-        inputs, outputs = steps.ports(self.component, part)
-        arrays = [self.inputs[port].record for port in inputs] + [self.outputs[port].record for port in outputs]
-        code = step(t_ns, self.parameters.record, self.state, *arrays)
-        if code:
-            raise FlightError(self._stop_sentence(code, t_ns / SECOND))
-
-    def _stop_sentence(self, code, seconds):
-        name = self.get_name()
-        if code == source.FAULT:
-            return fault_sentence(name, self.component, self.parameters.record, self.state, seconds)
-        port = list(self.outputs.values())[code // 10]
-        return nonfinite_sentence(name, port.name, port.signal, port.record, seconds)
-
-    def stamp_outputs(self, t_ns: int) -> None:
-        sec, nanosec = stamp_parts(self.settings.epoch_ns + t_ns)
-        for port in self.outputs.values():
-            port.stamp(sec, nanosec)
+        """Run one part of the component at t, its outputs stamped. Raises FlightError on a fault or a non-finite output."""
+        sentence = self._machine.call(part, t_ns)
+        if sentence:
+            raise FlightError(sentence)
 
     def publish_outputs(self, t_ns: int) -> None:
         """Publish what is due at t: records, then the messages formatted from them."""

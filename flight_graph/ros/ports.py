@@ -91,14 +91,6 @@ class OutputPort:
         self.name, self.signal = name, signal
         self.payload, self.record = signal.new()
         self.publisher = RawPublisher(node, topic, signal.type_name, signal.role.qos)
-        stamp = self.record
-        for part in signal.stamp_path.split("."):
-            stamp = stamp[part]
-        self._stamp = stamp
-
-    def stamp(self, sec: int, nanosec: int) -> None:
-        self._stamp["sec"] = sec
-        self._stamp["nanosec"] = nanosec
 
     def publish(self) -> None:
         self.publisher.publish(self.payload.tobytes())

@@ -65,7 +65,6 @@ def _run_master(node):
         node.check_alive()
         node.parameters.refresh()
         node.publish_clock(t_ns)
-        node.stamp_outputs(t_ns)
         part = "output" if node.component.kernel is None else "kernel"
         node.call(part, t_ns)
         node.publish_outputs(t_ns)
@@ -150,7 +149,6 @@ def _run_follower(node):
         for name, port in node.inputs.items():
             if port is not trigger:
                 _follow(node, name, port, t_ns, deadline)
-        node.stamp_outputs(t_ns)
         node.call("kernel" if node.component.kernel is not None else "output", t_ns)
         node.publish_outputs(t_ns)
         node.call("update", t_ns)

@@ -60,13 +60,13 @@ def _import_once(specs):
     from flight_graph.ros.environment import prepare_environment
     prepare_environment()
     from flight_graph.components import registry
-    from flight_graph.engines import steps
+    from flight_graph.engines import compilation
     from flight_graph.ros import entry, lockstep, node, ports, realtime, recorder, recorder_node, tracer  # noqa: F401
     types = {"rosgraph_msgs/msg/Clock"}
     for spec in specs:
         if spec["use"] not in PROGRAMS:
             component = registry.component(spec["use"])
-            steps.load(spec["use"], component)  # compiled once, here: no node's timeout runs meanwhile
+            compilation.load({spec["use"]: component})  # once, here: no node's timeout runs meanwhile
             types |= {signal_.type_name for signal_ in [*component.inputs.values(), *component.outputs.values()]}
     for type_name in types:
         metaclass = type(ports.message_class(type_name))

@@ -18,21 +18,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flight_graph.engines import source
+from flight_graph.engines.kept import Kept
 from flight_graph.kernel import kernel
-
-_EVALUATE = '''"""Gravity of a polyhedron at many points; generated so that its machine code is kept."""
-from numba import njit
-from sim_nodes.gravity.polyhedron import polyhedron_field
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def evaluate(body, points, out):
-    for i in range(points.shape[0]):
-        terms = polyhedron_field(body, points[i, 0], points[i, 1], points[i, 2])
-        for j in range(9):
-            out[i, j] = terms[j]
-'''
 
 
 class Polyhedron(NamedTuple):
@@ -124,9 +111,21 @@ def polyhedron_gravity(body, x, y, z):
     return terms[0], terms[1], terms[2]
 
 
+@kernel
+def _fields(vertices, faces, strength, points, out):
+    for i in range(points.shape[0]):
+        terms = faces_field(vertices, faces, faces.shape[0], strength[0, 0], points[i, 0], points[i, 1], points[i, 2])
+        for j in range(9):
+            out[i, j] = terms[j]
+
+
+FIELDS = Kept(f"{__name__}:FIELDS", _fields, 5)
+
+
 def evaluate(body: Polyhedron, points) -> tuple[np.ndarray, np.ndarray]:
     """Gravity (k, 3) [m/s^2] and gravity gradient (k, 3, 3) [1/s^2] at points (k, 3) [m]."""
-    points = np.atleast_2d(np.asarray(points, float))
+    points = np.ascontiguousarray(np.atleast_2d(np.asarray(points, float)))
     out = np.zeros((len(points), 9))
-    source.load(_EVALUATE, [polyhedron_field], "polyhedron").evaluate(body, points, out)
+    FIELDS(np.ascontiguousarray(body.vertices, float), np.ascontiguousarray(body.faces, float),
+           np.array([[body.strength]], float), points, out)
     return out[:, :3], out[:, [3, 4, 5, 4, 6, 7, 5, 7, 8]].reshape(-1, 3, 3)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from flight_graph import noise
-from flight_graph.engines import source
+from flight_graph.engines import cache, part_calls, parts
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.graphs.scenario import Scenario, load
 from flight_graph.kernel import fingerprint
@@ -66,7 +66,7 @@ def test_thinned_recording_takes_every_nth_message():
 
 @pytest.mark.parametrize("name", ["cubli_asteroid", "cubli_earth"])
 def test_compiled_equals_plain_python_for_two_seconds(tmp_path, name):
-    """The same generated source, compiled in this process and interpreted in another: equal bags, byte for byte."""
+    """The same schedule, compiled in this process and interpreted in another: equal bags, byte for byte."""
     code = """
 import hashlib, json, sys
 from flight_graph.engines.compiled import CompiledRun
@@ -92,12 +92,13 @@ def test_machine_code_is_found_again_and_follows_its_sources(tmp_path):
     (tmp_path / "part.py").write_text(PART)
     code = """
 import sys
+from flight_graph.engines import parts
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.graphs.scenario import Scenario
 run = CompiledRun(Scenario({"name": "n", "title": "t", "duration_s": 0.02, "components": {
     "part": {"use": "part:Part"}}}, "n.yaml"))
 warm = run.is_compiled()
-print(warm, run.module.__name__, run.run()["part/out"]["value"].tolist())
+print(warm, parts.key(run.components["part:Part"], "kernel"), run.run()["part/out"]["value"].tolist())
 """
     def start():
         done = subprocess.run([sys.executable, "-B", "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=120, env={
@@ -145,7 +146,9 @@ def test_rates_and_parameters_share_machine_code():
     fast = toy.scenario()
     fast["components"]["controller"].update(rate_hz=50, parameters={"kp": 0.1})
     one, other = (CompiledRun(Scenario(data, "toy.yaml")) for data in (toy.scenario(), fast))
-    assert one.module is other.module
+    for use, component in one.components.items():
+        assert [parts.key(component, part) for part in part_calls.parts(component)] == [
+            parts.key(other.components[use], part) for part in part_calls.parts(component)]
 
 
 def test_fingerprint_sees_what_a_kernel_calls():
@@ -191,4 +194,4 @@ def test_a_nonfinite_output_stops_the_run():
 
 def test_cache_folder_is_settable(tmp_path, monkeypatch):
     monkeypatch.setenv("FLIGHT_CACHE_DIR", str(tmp_path / "here"))
-    assert source.cache_folder() == tmp_path / "here" and (tmp_path / "here").is_dir()
+    assert cache.cache_folder() == tmp_path / "here" and (tmp_path / "here").is_dir()

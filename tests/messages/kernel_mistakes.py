@@ -37,7 +37,7 @@ ARGUMENTS = [
              "leaned(p, angles, rates) takes 3 arguments; 2 are given"),
     inserted("call with an unknown keyword", "command.effort = leaned(p, torque, rate=rates)",
              "leaned has no argument 'rate'"),
-    inserted("unpacked into too few names", "a, b = torque", "2 names take 3 values"),
+    inserted("unpacked into too few names", "a, b = GAINS", "2 names take 3 values"),
     inserted("function of values with wrong kinds", "command.effort = cross(torque, 1.0)", "needed are two Vec3"),
 ]
 KINDS = [
@@ -63,6 +63,16 @@ KINDS = [
     inserted("record in arithmetic", "command.effort = attitude * 2.0", "is no number; compute with its fields"),
     inserted("record read like an array", "x.count = attitude[0]", "attitude is a record; its fields are read by name"),
     inserted("tuple in arithmetic", "command.effort = (1.0, 2.0, 3.0) + torque", "a tuple does not compute"),
+    inserted("vector that is taken apart", "a, b, c = torque", "a Vec3 is not taken apart into names", ".x, .y, .z"),
+    inserted("loop over a vector", "for a in torque:\n    x.count = 1", "a loop runs over range(3)", line="for a in torque"),
+    inserted("loop over a number", "for a in p.slope:\n    x.count = 1", "a loop runs over range(n)", line="for a in p.slope"),
+    inserted("length of a number", "x.count = len(p.slope)", "p.slope is a number; it has no length"),
+    inserted("min of a vector", "x.count = int(min(torque))", "write smallest, from flight_math"),
+    inserted("max of a number and a record", "x.count = max(t_ns, attitude)", "max takes numbers; attitude is the record"),
+    inserted("call of a number", "x.count = t_ns(1)", "t_ns is a number, which cannot be called"),
+    inserted("is", "if t_ns is x.count:\n    x.count = 1", "write ==", line="if t_ns is"),
+    inserted("value on one way only", "if t_ns > 5:\n    turned = torque\ncommand.effort = turned",
+             "'turned' has a value only where the condition of line 51 holds"),
     inserted("text for a number", "x.count = 'many'", "x.count is given a text"),
 ]
 RULES = [

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import yaml
 
-from flight_graph.engines import source
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.errors import FlightError
 from flight_graph.graphs.scenario import Scenario, load
@@ -89,17 +88,14 @@ def test_resolved_scenario_resolves_to_itself():
 @pytest.mark.xdist_group("spacerobot_rls")
 def test_spoiled_covariance_is_repaired_and_reported():
     """G loses symmetry, then positivity, between two samples: the run goes on with a positive G and counts both."""
-    run = CompiledRun(load("spacerobot_harmonic_rls", {"duration_s": 0.2}))
-    run.compile()
     ticks = 10
-    arrays = run.prepare(ticks)
-    control, values = run._control(ticks), list(arrays.values())
-    run.module.start(*values)
+    flight = CompiledRun(load("spacerobot_harmonic_rls", {"duration_s": 0.2})).start(ticks)
+    arrays = flight.arrays
     g = arrays["X_estimator"]["g"][0]
 
     def until(tick):
-        control[source.END] = tick
-        assert not run.module.run(control, *values)
+        flight.advance(tick)
+        assert not flight.stop
         return arrays["O_estimator_telemetry"]["repaired"][0]
 
     assert until(4) == 0.0

@@ -9,14 +9,23 @@ from functools import cache
 
 from flight_graph.components.findings import Finding
 from flight_graph.components.kernel_rules import parts
+from flight_graph.components.sources import Source
 from flight_graph.errors import FlightError
 
 
 @cache
+def _readings(component):
+    return [parts.reading(component, part) for part in parts.PARTS if getattr(component, part) is not None]
+
+
 def findings(component) -> tuple[Finding, ...]:
     """All that is wrong with a component's kernels, in the order of its parts."""
-    return tuple(finding for part in parts.PARTS if getattr(component, part) is not None
-                 for finding in parts.findings(component, part))
+    return tuple(finding for found, _ in _readings(component) for finding in found)
+
+
+def reached(component) -> list[Source]:
+    """The kernels that a component reaches, but for those of `flight_math`; each once."""
+    return list({source.function: source for _, sources in _readings(component) for source in sources}.values())
 
 
 def check(component) -> None:

@@ -36,7 +36,10 @@ _SIGNS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.MatMult: 
 def operation(scope: Scope, node: ast.AST, sign: ast.AST, *kinds: Kind) -> Kind:
     """The kind of an operator's result."""
     sign = type(sign)
-    if any(isinstance(kind, Text) for kind in kinds):
+    if sign in (ast.Is, ast.IsNot) and all(isinstance(kind, (Number, Value, Array, Record)) for kind in kinds):
+        instead = "==" if sign is ast.Is else "!="
+        return scope.report(node, f"{ast.unparse(node)}: 'is' tells no numbers apart; write {instead}")
+    if any(isinstance(kind, Text) for kind in kinds) and UNKNOWN not in kinds:
         return _texts(scope, node, sign, kinds)
     if any(isinstance(kind, Record) for kind in kinds) and sign not in (ast.Is, ast.IsNot):
         record = next(kind for kind in kinds if isinstance(kind, Record))
@@ -75,8 +78,8 @@ def _power(scope, node, kinds):
 def _arrays(scope, node, sign, kinds):
     written = ast.unparse(node)
     if sign is ast.MatMult and all(isinstance(kind, (Array, Value)) for kind in kinds):
-        return scope.forbid(node, f"{written} calls BLAS on arrays, whose order of sums differs between machines; make values "
-                                  "of them first: mat3(a) @ vec3(b), from flight_math")
+        return scope.forbid(node, f"{written} calls BLAS on arrays, whose order of sums differs between machines; make "
+                                  "values of them first: mat3(a) @ vec3(b), from flight_math")
     if all(isinstance(kind, (Array, Number, Value)) for kind in kinds):
         return scope.forbid(node, f"{written}: an operation on a whole array allocates memory, which no kernel may; make "
                                   "values of arrays first: vec3(a), mat3(a), from flight_math, or write a loop")

@@ -20,18 +20,20 @@ from flight_graph.components.kernel_rules.kinds import (
     Kind,
     Number,
     Object,
+    Record,
     Value,
     is_several,
     whole,
     without_range,
 )
 from flight_graph.components.kernel_rules.scope import Scope
+from flight_graph.components.places import is_own
 from flight_graph.components.sources import is_decorated, source
 from flight_math.errors import KernelError
 from flight_math.kernel import plain
 from flight_math.values.classes import ValueClass, mask_of
 
-_ELEMENTARY = frozenset("sin cos tan asin acos atan exp expm1 log log1p tanh cbrt".split())
+_ELEMENTARY = frozenset("sin cos tan asin acos atan exp expm1 log log1p tanh cbrt sqrt".split())
 
 
 def result(scope: Scope, node: ast.Call, callee: Object, kinds: list | None, named: dict) -> Kind:
@@ -131,31 +133,51 @@ def _named_tuple(scope, node, function, kinds, named):
 
 def _of_numbers(scope, node, function, written, kinds):
     """A function of numbers that a kernel may call."""
-    name = library.origin(function)[1]
+    module, name = library.origin(function)
     kinds = kinds or []
-    values = [kind for kind in kinds if isinstance(kind, Value)]
-    if name == "len" and kinds and is_several(kinds[0]):
-        length = len(kinds[0].items) if isinstance(kinds[0], Items) else kinds[0].shape[0]
-        return WHOLE if length is None else whole(length)
-    if name in ("abs", "any", "all") and values:
+    if name == "len" and kinds:
+        return _length(scope, node, kinds[0])
+    if name in ("abs", "any", "all") and kinds and isinstance(kinds[0], Value):
         found = sampled(function, (kinds[0],))
         return scope.report(node, f"{ast.unparse(node)}: {found}") if isinstance(found, str) else found
-    if name in ("min", "max") and is_several(kinds[0] if kinds else UNKNOWN) and not isinstance(kinds[0], Items):
-        meant = {"min": ("smallest", "minimum"), "max": ("largest", "maximum")}[name][len(kinds) > 1]
-        return scope.report(node, f"{written} takes numbers; of vectors write {meant}, from flight_math")
+    if name in ("min", "max"):
+        return _extreme(scope, node, name, kinds)
     if name in library.MATH | library.NUMPY | {"float", "int", "round", "bool"}:
-        wrong = next((number for number, kind in enumerate(kinds) if isinstance(kind, (Value, Array, Items))), None)
-        if wrong is not None and not (isinstance(kinds[wrong], Array) and library.origin(function)[0] == "numpy"):
-            return scope.report(node, f"{written} takes numbers; {ast.unparse(node.args[wrong])} is {kinds[wrong]}")
+        for kind, argument in zip(kinds, node.args):
+            if isinstance(kind, Array) and module == "numpy":
+                return scope.forbid(argument, f"{written} of an array allocates memory, which no kernel may; write a loop")
+            if isinstance(kind, (Value, Array, Items, Record)):
+                return scope.report(argument, f"{written} takes numbers; {ast.unparse(argument)} is {kind}")
     if name in library.TRUTHS:
         return TRUTH
     if name in library.WHOLE:
         return WHOLE
-    if name in ("abs", "min", "max"):
-        return Number(kinds[0].of) if len({kind for kind in kinds}) == 1 and isinstance(kinds[0], Number) else NUMBER
+    if name == "abs":
+        return Number(kinds[0].of) if kinds and isinstance(kinds[0], Number) else NUMBER
     if name in ("float", "float64", "sqrt", "fabs", "copysign"):
         return REAL
     return UNKNOWN if name in ("enumerate", "zip", "reversed", "tuple", "divmod") else NUMBER
+
+
+def _length(scope, node, kind):
+    """len(kind)"""
+    if isinstance(kind, (Number, Record)):
+        return scope.report(node, f"{ast.unparse(node)}: {ast.unparse(node.args[0])} is {kind}; it has no length")
+    length = len(kind.items) if isinstance(kind, Items) else kind.shape[0] if is_several(kind) else None
+    return WHOLE if length is None else whole(length)
+
+
+def _extreme(scope, node, name, kinds):
+    """min and max: of numbers, or of one tuple of numbers."""
+    several = next((kind for kind in kinds if isinstance(kind, (Value, Array))), None)
+    if several is not None:
+        meant = {"min": ("smallest", "minimum"), "max": ("largest", "maximum")}[name][len(kinds) > 1]
+        return scope.report(node, f"{name} takes numbers; of vectors write {meant}, from flight_math")
+    record = next((number for number, kind in enumerate(kinds) if isinstance(kind, Record)), None)
+    if record is not None:
+        return scope.report(node, f"{name} takes numbers; {ast.unparse(node.args[record])} is {kinds[record]}")
+    known = {kind.of for kind in kinds if isinstance(kind, Number)}
+    return Number(known.pop()) if len(known) == 1 and len(kinds) > 1 else NUMBER
 
 
 def _of_flight_math(scope, node, function, kinds):
@@ -206,7 +228,7 @@ def _stranger(scope, node, function, written):
     if isinstance(function, FunctionType):
         if known_to_numba(function):
             return UNKNOWN
-        if source(function) is not None and scope.walk.is_own(function.__code__.co_filename):
+        if source(function) is not None and is_own(scope.walk.component, function.__code__.co_filename):
             return scope.report(node, f"{written} is a plain function; write @kernel above it "
                                       f"(line {function.__code__.co_firstlineno})")
         return scope.report(node, f"{written} is a plain function of {function.__module__}, no kernel; a kernel calls "

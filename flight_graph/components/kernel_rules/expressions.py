@@ -17,6 +17,7 @@ from flight_graph.components.kernel_rules.kinds import (
     Kind,
     Number,
     Object,
+    Partly,
     Range,
     Record,
     Text,
@@ -110,7 +111,14 @@ def _constant(scope, node):
 
 def _name(scope, node):
     if node.id in scope.source.local_names:
-        return scope.names.get(node.id, UNKNOWN)
+        kind = scope.names.get(node.id, UNKNOWN)
+        if isinstance(kind, Partly):
+            scope.names[node.id] = kind.kind
+            if scope.depth <= kind.depth:
+                scope.report(node, f"'{node.id}' has a value only where the condition of line {kind.line} holds; give it "
+                                   "one before")
+            return kind.kind
+        return kind
     value = scope.source.meaning(node.id)
     if value is MISSING:
         instead = library.ours(node.id)
@@ -272,6 +280,8 @@ def _call(scope, node):
     kinds = [kind_of(scope, argument) for argument in node.args]
     named = {keyword.arg: kind_of(scope, keyword.value) for keyword in node.keywords}
     if not isinstance(callee, Object):
+        if isinstance(callee, (Number, Value, Array, Record, Items)):
+            return scope.report(node, f"{ast.unparse(node.func)} is {callee}, which cannot be called")
         return UNKNOWN
     if callee.value is range:
         return _range(kinds)

@@ -7,7 +7,7 @@ from flight_graph.components.findings import Finding
 from flight_graph.components.kernel_rules import calls, records
 from flight_graph.components.kernel_rules.kinds import Record
 from flight_graph.components.kernel_rules.walk import Walk
-from flight_graph.components.sources import source
+from flight_graph.components.sources import Source, source
 from flight_math.kernel import plain
 from flight_math.values.views import NO_KINDS
 
@@ -35,16 +35,16 @@ def takes_views(function) -> bool:
     return getattr(function, "takes_views", False)
 
 
-def findings(component, part: str) -> list[Finding]:
-    """What is wrong with a part, and with the kernels that it calls."""
+def reading(component, part: str) -> tuple[list[Finding], list[Source]]:
+    """What is wrong with a part and with the kernels that it calls, and all of these kernels."""
     function = getattr(component, part)
     name = f"{component.__name__}.{part}"
     code = getattr(plain(function), "__code__", None)
     if code is None:
-        return [Finding("", 0, name, f"{function!r} is no function; write a function under @kernel")]
+        return [Finding("", 0, name, f"{function!r} is no function; write a function under @kernel")], []
 
     def finding(what):
-        return [Finding(code.co_filename, _line(function), name, what)]
+        return [Finding(code.co_filename, _line(function), name, what)], []
 
     if not calls.is_kernel(function):
         return finding(f"{function.__name__} lacks @kernel; write it above the def")
@@ -57,7 +57,7 @@ def findings(component, part: str) -> list[Finding]:
         return finding(what)
     walk = Walk(component, part)
     walk.kernel(function, _kinds(component, part, wanted))
-    return walk.findings
+    return walk.findings, walk.sources
 
 
 def _misfit(function, arguments, wanted, part):

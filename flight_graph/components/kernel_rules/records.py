@@ -1,7 +1,9 @@
 """The kinds of a part's arguments: parameters, state and messages, field by field."""
 
+import numpy as np
+
 from flight_graph.components.kernel_rules.kinds import Array, Number, Record, Value
-from flight_math.values.views import NO_KINDS, Kinds
+from flight_math.values.views import NO_KINDS, Kinds, View, is_value_class, reads_as
 from msg_schemas.signal import Signal
 
 TIME = Number(int)
@@ -23,33 +25,23 @@ def message(signal: Signal, kinds: Kinds, role: str) -> Record:
 
 
 def _declared(cls, role, views):
-    fields = {name: Number({"f": float, "i": int, "b": bool}[cls.dtype[name].kind]) for name, _ in cls.RESERVED}
-    for name, entry in cls.entries.items():
-        if entry.kind != "text":
-            fields[name] = _entry(entry, role, views)
+    words = {name: entry.words for name, entry in cls.entries.items()}
+    fields = {name: _field(cls.dtype, cls.kinds if views else NO_KINDS, name, role, cls.__name__, words.get(name, ()))
+              for name in cls.dtype.names}
     texts = tuple(name for name, entry in cls.entries.items() if entry.kind == "text")
     return Record(cls.__name__, role, fields, texts)
 
 
-def _entry(entry, role, views):
-    if entry.value is not None and views:
-        return Value(entry.value)
-    if entry.shape:
-        return Array(tuple(entry.shape), role)
-    return Number({"float": float, "bool": bool}.get(entry.kind, int), words=entry.words)
-
-
 def _message(dtype, title, role, kinds):
-    fields = {}
-    for name in dtype.names:
-        part, kind = dtype[name], kinds.by_name.get(name)
-        if part.names:
-            inner = "header" if "header" in (name, role) else role
-            fields[name] = _message(part, f"{title}.{name}", inner, kind or NO_KINDS)
-        elif kind is not None:
-            fields[name] = Value(kind)
-        elif part.shape:
-            fields[name] = Array(tuple(part.shape), role)
-        else:
-            fields[name] = Number({"f": float, "b": bool}.get(part.kind, int))
-    return Record(title, role, fields)
+    return Record(title, role, {name: _field(dtype, kinds, name, role, title) for name in dtype.names})
+
+
+def _field(dtype, kinds, name, role, title, words=()):
+    """The kind of a field, as views read it."""
+    read = reads_as(dtype, kinds, name)
+    if read is View:
+        inner = "header" if "header" in (name, role) else role
+        return _message(dtype[name], f"{title}.{name}", inner, kinds.by_name.get(name) or NO_KINDS)
+    if read is np.ndarray:
+        return Array(dtype[name].shape, role)
+    return Value(read) if is_value_class(read) else Number(read, words=words)

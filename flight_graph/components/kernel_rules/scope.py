@@ -18,6 +18,7 @@ class Scope:
     caller: tuple | None = None  # (Scope, line)
     returns: list = field(default_factory=list)
     bounded: set = field(default_factory=set)  # names whose range a condition narrows
+    depth: int = 0  # of conditions
     _quiet: int = 0
 
     def report(self, node: ast.AST, what: str) -> Kind:
@@ -56,7 +57,9 @@ class Scope:
         """Read what a condition governs: the names in it may have narrower ranges there."""
         before = set(self.bounded)
         self.bounded |= names_in(test)
+        self.depth += 1
         yield
+        self.depth -= 1
         self.bounded = before
 
 

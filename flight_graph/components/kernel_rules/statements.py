@@ -10,7 +10,10 @@ from flight_graph.components.kernel_rules.kinds import (
     Array,
     Items,
     Kind,
+    Number,
+    Partly,
     Range,
+    Record,
     Value,
     join,
     whole,
@@ -88,12 +91,20 @@ def _branch(scope, node):
             return True
         scope.names = scope.names if ends else taken
         return False
-    scope.names = _joined(taken, scope.names)
+    scope.names = _joined(taken, scope.names, lambda kind: Partly(kind, node.lineno, scope.depth))
     return False
 
 
-def _joined(a, b):
-    return {name: join(a.get(name, b.get(name)), b.get(name, a.get(name))) for name in {**a, **b}}
+def _joined(a, b, partly=None):
+    """What holds of all names after one branch or the other. partly: what a name is that one of them alone has."""
+    joined = {}
+    for name in {**a, **b}:
+        if name in a and name in b:
+            joined[name] = join(a[name], b[name])
+        else:
+            kind = a.get(name, b.get(name))
+            joined[name] = kind if partly is None or isinstance(kind, Partly) else partly(kind)
+    return joined
 
 
 def _loop(scope, node):
@@ -134,6 +145,9 @@ def _target(scope, node) -> Kind:
         for item in over.items[1:]:
             kind = join(kind, item)
         return kind
-    if isinstance(over, (Value, Array)):
+    if isinstance(over, (Number, Value, Record)):
+        length = over.shape[0] if isinstance(over, Value) else "n"
+        return scope.report(node.iter, f"{ast.unparse(node.iter)} is {over}; a loop runs over range({length})")
+    if isinstance(over, Array):
         return NUMBER if len(over.shape) == 1 else UNKNOWN
     return UNKNOWN

@@ -38,21 +38,30 @@ def store(scope: Scope, target: ast.AST, kind: Kind) -> None:
 
 
 def _unpack(scope, target, kind):
-    wanted = len(target.elts)
+    if any(isinstance(item, ast.Starred) for item in target.elts):
+        scope.report(target, f"{ast.unparse(target)} = ...: a kernel has no * among names; name each of the values")
+        return
+    wanted, given = len(target.elts), None
     items = [UNKNOWN] * wanted
-    if not any(isinstance(item, ast.Starred) for item in target.elts):
-        given = None
-        if isinstance(kind, Items):
-            given, items = len(kind.items), list(kind.items)
-        elif isinstance(kind, (Value, Array)) and len(kind.shape) == 1 and kind.shape[0] is not None:
-            given, items = kind.shape[0], [NUMBER] * kind.shape[0]
-        elif isinstance(kind, (Number, Record)):
-            scope.report(target, f"{kind} is taken apart into {wanted} names; it is one")
-        if given is not None and given != wanted:
-            scope.report(target, f"{wanted} names take {given} values")
-            items = [UNKNOWN] * wanted
+    if isinstance(kind, Items):
+        given, items = len(kind.items), list(kind.items)
+    elif isinstance(kind, Array) and len(kind.shape) == 1 and kind.shape[0] is not None:
+        given, items = kind.shape[0], [NUMBER] * kind.shape[0]
+    elif isinstance(kind, Value):
+        scope.report(target, f"{kind} is not taken apart into names; read its components, {components(kind.value)}")
+    elif isinstance(kind, (Number, Record)):
+        scope.report(target, f"{kind} is taken apart into {wanted} names; it is one")
+    if given is not None and given != wanted:
+        scope.report(target, f"{wanted} names take {given} values")
+        items = [UNKNOWN] * wanted
     for item, part in zip(target.elts, items):
-        store(scope, item.value if isinstance(item, ast.Starred) else item, part)
+        store(scope, item, part)
+
+
+def components(kind: type) -> str:
+    """How the components of a class of values are read."""
+    known = [f".{letter}" for letter in kind.letters] + ([".real", ".dual"] if kind.halves else [])
+    return ", ".join([*known, "[i, j]" if len(kind.shape) == 2 else "[i]"])
 
 
 def _field(scope, target, kind):

@@ -6,23 +6,20 @@ from flight_graph.components.findings import Finding, shown
 from flight_graph.components.kernel_rules import statements
 from flight_graph.components.kernel_rules.kinds import UNKNOWN, Kind
 from flight_graph.components.kernel_rules.scope import Scope
-from flight_graph.components.sources import source
+from flight_graph.components.places import is_own
+from flight_graph.components.sources import Source, source
 from flight_math.kernel import plain
-
-LIBRARY = ("flight_graph", "flight_math")
-OURS = (*LIBRARY, "msg_schemas", "cubli_ros", "spacerobot_ros", "lander_ros", "sim_nodes")
 
 
 class Walk:
-    """All that is read for one part of a component. findings: what was found, in the order of reading."""
+    """All that is read for one part of a component. findings: what was found; sources: of what was read."""
 
     def __init__(self, component, part: str):
         self.component, self.part = component, part
         self.module = sys.modules[component.__module__]
         self.findings: list[Finding] = []
+        self.sources: list[Source] = []
         self._results, self._said = {}, set()
-        package = component.__module__.partition(".")[0]
-        self._foreign = LIBRARY if package in OURS else OURS
 
     def kernel(self, function, kinds: list, caller=None) -> Kind:
         """Read a kernel with arguments of these kinds, once; return the kind of its result."""
@@ -30,20 +27,18 @@ class Walk:
         if key not in self._results:
             self._results[key] = UNKNOWN  # a kernel that calls itself
             found = source(function)
+            if found is not None:
+                self.sources.append(found)
             if found is not None and len(found.arguments) == len(kinds):
                 scope = Scope(self, found, dict(zip(found.arguments, kinds)), caller)
                 statements.read(scope, found.tree.body)
                 self._results[key] = scope.result
         return self._results[key]
 
-    def is_own(self, path: str) -> bool:
-        """Whether a file is the user's (of a component of ours: of any of our packages but the library)."""
-        return not any(f"/{package}/" in path.replace("\\", "/") for package in self._foreign)
-
     def report(self, scope: Scope, line: int, what: str) -> None:
         """Note a mistake at the innermost line in the user's files."""
         path, inner = scope.source.path, ""
-        while not self.is_own(path) and scope.caller is not None:
+        while not is_own(self.component, path) and scope.caller is not None:
             if not inner:
                 inner = f"in {scope.source.function.__name__} ({shown(path)}:{line}): "
             scope, line = scope.caller

@@ -1,0 +1,79 @@
+"""The process that compiles: jobs come in on standard input, object code goes into the cache folder.
+
+    python -P -m flight_graph.engines.compiler
+
+One JSON object a line. A job: {"use": a component's name, "part":, "key":, "check_bounds":}, {"driver": key}, or {"kept": a
+kernel over arrays, "key":}. An answer to each, in order: {"seconds":} or {"refused": a sentence} or {"error": a text}.
+"""
+
+import json
+import os
+import signal
+import sys
+import time
+import traceback
+
+from flight_graph.components import registry
+from flight_graph.engines import cache, driver, kept, object_code, part_calls, parts
+from flight_graph.errors import FlightError
+
+
+def compile_part(component, part: str, key: str, about: str) -> None:
+    """Compile a part into the cache."""
+    symbol = parts.symbol(key)
+    fault = component.state.dtype.fields["fault"][1]
+    count = len(part_calls.records(component, part)) - 2
+    arguments = part_calls.compiled_arguments(component, part)
+    code, errors = object_code.part_code(getattr(component, part), arguments, count, symbol, fault)
+    cache.write(key, code, {"what": about, "symbol": symbol, "errors": errors})
+
+
+def compile_driver(key: str) -> None:
+    """Compile the functions of the driver into the cache."""
+    for name, (function, signature) in driver.functions().items():
+        symbol = parts.symbol(f"{key}_{name}")
+        cache.write(f"{key}_{name}", object_code.function_code(function, signature, symbol),
+                    {"what": f"the driver's {name}", "symbol": symbol, "errors": {}})
+
+
+def compile_kept(name: str, key: str) -> None:
+    """Compile a kernel over arrays into the cache."""
+    symbol = parts.symbol(key)
+    code = object_code.function_code(kept.find(name).entry(), kept.SIGNATURE, symbol)
+    cache.write(key, code, {"what": name, "symbol": symbol, "errors": {}})
+
+
+def work(job: dict) -> None:
+    """Do one job. Raises what goes wrong."""
+    if "driver" in job:
+        compile_driver(job["driver"])
+        return
+    if "kept" in job:
+        compile_kept(job["kept"], job["key"])
+        return
+    component = registry.component(job["use"])
+    if parts.key(component, job["part"], job["check_bounds"]) != job["key"]:
+        raise FlightError(f"{job['use']}: its file has changed since this run began; run it again")
+    compile_part(component, job["part"], job["key"], f"{job['use']} {job['part']}")
+
+
+def main() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that asked ends this one
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)  # what components print does not go among the answers
+    object_code.install()
+    for line in sys.stdin:
+        began = time.perf_counter()
+        try:
+            work(json.loads(line))
+            answer = {"seconds": time.perf_counter() - began}
+        except FlightError as error:
+            answer = {"refused": str(error)}
+        except Exception:
+            answer = {"error": traceback.format_exc()}
+        answers.write(json.dumps(answer) + "\n")
+        answers.flush()
+
+
+if __name__ == "__main__":
+    main()

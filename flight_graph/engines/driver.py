@@ -1,0 +1,279 @@
+"""The one loop that runs any graph: the schedule as tables of addresses, walked by code that is compiled once.
+
+The functions here are compiled by `flight_graph.engines.compiler` into the same cache as the parts of components, and
+called by address. A row of a table says when it is due next and how many ticks lie between.
+"""
+
+import ctypes
+import hashlib
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from llvmlite import ir
+from numba import njit, types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from flight_graph.engines import cache as store
+from flight_graph.engines import parts
+from flight_graph.engines.schedule import Schedule, finite_runs, stamp_offset
+from flight_graph.engines.stops import FAULT, NONFINITE
+
+_WORD = "<i8"
+
+
+def _table(*names):
+    return np.dtype([(name, _WORD) for name in names])
+
+
+CONTROL = _table("tick", "end", "epoch_ns", "base_ns", "stop", "who", "holds", "holds_end", "firings", "firings_end")
+HOLD = _table("next", "period", "target", "origin", "size")
+FIRING = _table("next", "period", "part", "parameters", "state", "records", "fault", "outputs", "outputs_end")
+OUTPUT = _table("next", "period", "stamp", "record", "size", "runs", "runs_end", "visible", "log", "log_next", "log_period")
+RUN = _table("offset", "end", "is_double")  # of floats that must be finite: bytes of a record
+_HOLD_SIZE, _FIRING_SIZE, _OUTPUT_SIZE, _RUN_SIZE = (table.itemsize for table in (HOLD, FIRING, OUTPUT, RUN))
+_EXPONENT, _EXPONENT_4 = 0x7FF0000000000000, 0x7F800000  # all ones in inf and NaN
+
+
+@intrinsic
+def row(typing, address, dtype):
+    """The record of a (constant) NumPy dtype at an address."""
+    record = dtype.dtype
+
+    def codegen(context, builder, signature, args):
+        return builder.inttoptr(args[0], context.get_value_type(record))
+
+    return record(address, dtype), codegen
+
+
+@intrinsic
+def call(typing, part, t_ns, parameters, state, records):
+    """Call the C function of a part at its address."""
+    def codegen(context, builder, signature, args):
+        word = ir.IntType(64)
+        function = ir.FunctionType(ir.VoidType(), [word] * 4)
+        builder.call(builder.inttoptr(args[0], function.as_pointer()), args[1:])
+        return context.get_dummy_value()
+
+    return types.void(*[types.int64] * 5), codegen
+
+
+@intrinsic
+def word_at(typing, address):
+    """The int64 at an address that may lie at a multiple of four bytes."""
+    def codegen(context, builder, signature, args):
+        return builder.load(builder.inttoptr(args[0], ir.IntType(64).as_pointer()), align=4)
+
+    return types.int64(types.int64), codegen
+
+
+@intrinsic
+def half_at(typing, address):
+    """The uint32 at an address."""
+    def codegen(context, builder, signature, args):
+        half = builder.load(builder.inttoptr(args[0], ir.IntType(32).as_pointer()), align=4)
+        return builder.zext(half, ir.IntType(64))
+
+    return types.int64(types.int64), codegen
+
+
+@intrinsic
+def set_word_at(typing, address, value):
+    """Store an int64 at an address that may lie at a multiple of four bytes."""
+    def codegen(context, builder, signature, args):
+        builder.store(args[1], builder.inttoptr(args[0], ir.IntType(64).as_pointer()), align=4)
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.int64), codegen
+
+
+@intrinsic
+def copy(typing, target, origin, size):
+    """Copy bytes."""
+    def codegen(context, builder, signature, args):
+        byte = ir.IntType(8).as_pointer()
+        cgutils.raw_memcpy(builder, builder.inttoptr(args[0], byte), builder.inttoptr(args[1], byte), args[2], 1)
+        return context.get_dummy_value()
+
+    return types.void(*[types.int64] * 3), codegen
+
+
+_compiled = njit(error_model="numpy", _nrt=False)
+
+
+@_compiled
+def is_finite(record, runs, runs_end):
+    """Whether the floats of these runs are finite."""
+    while runs < runs_end:
+        run = row(runs, RUN)
+        address, end = record + run.offset, record + run.end
+        if run.is_double != 0:
+            while address < end:
+                if word_at(address) & _EXPONENT == _EXPONENT:
+                    return False
+                address += 8
+        else:
+            while address < end:
+                if half_at(address) & _EXPONENT_4 == _EXPONENT_4:
+                    return False
+                address += 4
+        runs += _RUN_SIZE
+    return True
+
+
+@_compiled
+def stamp_word(stamp_ns):
+    """The eight bytes of a ROS stamp: sec (int32), nanosec (uint32)."""
+    sec = stamp_ns // 1000000000
+    return sec | ((stamp_ns - sec * 1000000000) << 32)
+
+
+@_compiled
+def fire(firing_at, tick, t_ns, stamp):
+    """One firing: stamp the outputs, call the part, check and publish what is due. Returns 0 or a code of `stops`."""
+    firing = row(firing_at, FIRING)
+    at, end = firing.outputs, firing.outputs_end
+    while at < end:
+        set_word_at(row(at, OUTPUT).stamp, stamp)
+        at += _OUTPUT_SIZE
+    call(firing.part, t_ns, firing.parameters, firing.state, firing.records)
+    if word_at(firing.fault) != 0:
+        return FAULT
+    at = firing.outputs
+    while at < end:
+        output = row(at, OUTPUT)
+        at += _OUTPUT_SIZE
+        if tick != output.next:
+            continue
+        output.next += output.period
+        if not is_finite(output.record, output.runs, output.runs_end):
+            return NONFINITE
+        if output.visible != 0:
+            copy(output.visible, output.record, output.size)
+        if tick == output.log_next:
+            output.log_next += output.log_period
+            copy(output.log, output.record, output.size)
+            output.log += output.size
+    return 0
+
+
+@_compiled
+def run(control_at):
+    """Run from control.tick to control.end. Returns 0, or 1 when a firing stopped it (control.stop and .who)."""
+    control = row(control_at, CONTROL)
+    while control.tick < control.end:
+        tick = control.tick
+        t_ns = tick * control.base_ns
+        stamp = stamp_word(control.epoch_ns + t_ns)
+        at = control.holds
+        while at < control.holds_end:
+            hold = row(at, HOLD)
+            if tick == hold.next:
+                hold.next += hold.period
+                copy(hold.target, hold.origin, hold.size)
+            at += _HOLD_SIZE
+        at = control.firings
+        while at < control.firings_end:
+            firing = row(at, FIRING)
+            if tick == firing.next:
+                firing.next += firing.period
+                code = fire(at, tick, t_ns, stamp)
+                if code != 0:
+                    control.stop = code
+                    control.who = (at - control.firings) // _FIRING_SIZE
+                    return 1
+            at += _FIRING_SIZE
+        control.tick = tick + 1
+    return 0
+
+
+# -- as machine code ---------------------------------------------------------------------------------------------------
+_SIGNATURES = {"run": types.int64(types.int64), "fire": types.int64(*[types.int64] * 4)}
+
+
+def functions() -> dict:
+    """name -> (function, signature) of what is called by address."""
+    return {"run": (run, _SIGNATURES["run"]), "fire": (fire, _SIGNATURES["fire"])}
+
+
+@cache
+def key() -> str:
+    """Fingerprint of the driver's machine code."""
+    return parts.digest("driver", hashlib.sha256(Path(__file__).read_bytes()).hexdigest())
+
+
+def is_ready() -> bool:
+    """Whether the driver's machine code lies in the cache."""
+    return all(store.has(f"{key()}_{name}") for name in _SIGNATURES)
+
+
+@cache
+def function(name: str):
+    """A function of the driver, to be called with integers; it releases the GIL."""
+    code = parts.load_code(f"{key()}_{name}")
+    signature = _SIGNATURES[name]
+    return ctypes.CFUNCTYPE(ctypes.c_int64, *[ctypes.c_int64] * len(signature.args))(code.address)
+
+
+# -- a schedule bound to the arrays of a run ---------------------------------------------------------------------------
+class Tables:
+    """A schedule over the arrays of one run, which live as long as this.
+
+    arrays: name -> array, by the names of the schedule. codes: node -> part -> its machine code.
+    """
+
+    def __init__(self, schedule: Schedule, arrays: dict, codes: dict):
+        self.arrays, self._codes = arrays, codes
+        self._io = np.array([address(arrays[name]) for firing in schedule.firings for name in firing.records], _WORD)
+        self.holds = np.array([(0, hold.period, address(arrays[hold.target]), address(arrays[hold.origin]),
+                                arrays[hold.target].nbytes) for hold in schedule.holds], HOLD)
+        made = [made for firing in schedule.firings for made in firing.publications]
+        runs = [[(offset, offset + count * size, size == 8) for offset, count, size in finite_runs(one.signal)]
+                for one in made]
+        self.runs = np.array([run for rows in runs for run in rows], RUN)
+        ends = address(self.runs) + RUN.itemsize * np.cumsum([0, *map(len, runs)])
+        self._logs = {one.log: (i, one.signal.dtype.itemsize) for i, one in enumerate(made) if one.log}
+        self.outputs = np.array([self._output(one, arrays, *ends[i:i + 2]) for i, one in enumerate(made)], OUTPUT)
+        rows, record, output = [], address(self._io), address(self.outputs)
+        for firing in schedule.firings:
+            state, after = arrays[firing.state], output + OUTPUT.itemsize * len(firing.publications)
+            rows.append((0, firing.period, codes[firing.node][firing.part].address, address(arrays[firing.parameters]),
+                         address(state), record, address(state) + state.dtype.fields["fault"][1], output, after))
+            record, output = record + 8 * len(firing.records), after
+        self.firings = np.array(rows, FIRING)
+
+    @staticmethod
+    def _output(made, arrays, runs, runs_end):
+        record = address(arrays[made.record])
+        log = address(arrays[made.log]) if made.log else 0
+        return (0, made.period, record + stamp_offset(made.signal), record, made.signal.dtype.itemsize, runs, runs_end,
+                address(arrays[made.visible]) if made.visible else 0, log, 0 if made.log else -1, made.log_period)
+
+    def control(self, epoch_ns: int, base_ns: int) -> np.ndarray:
+        """The record that the driver works on, at tick 0."""
+        control = np.zeros(1, CONTROL)
+        control["epoch_ns"], control["base_ns"] = epoch_ns, base_ns
+        for name in ("holds", "firings"):
+            table = getattr(self, name)
+            control[name], control[f"{name}_end"] = address(table), address(table) + table.nbytes
+        return control
+
+    def start(self, node: str, parameters: np.ndarray, state: np.ndarray) -> None:
+        """Run the start of a node."""
+        part_function(self._codes[node]["start"].address)(0, address(parameters), address(state), 0)
+
+    def logged(self) -> dict[str, int]:
+        """log -> number of rows that are filled."""
+        return {log: (int(self.outputs[i]["log"]) - address(self.arrays[log])) // size
+                for log, (i, size) in self._logs.items()}
+
+
+def part_function(place: int):
+    """The C function of a part at an address, to be called from Python."""
+    return ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 4)(place)
+
+
+def address(array: np.ndarray) -> int:
+    """Where an array lies."""
+    return array.ctypes.data

@@ -1,0 +1,56 @@
+"""The machine that code is made for, and the place where object code becomes callable: llvmlite alone, no numba."""
+
+import threading
+from functools import cache
+
+import llvmlite.binding as llvm
+
+_LOCK = threading.RLock()
+
+
+@cache
+def cpu() -> tuple[str, str, str]:
+    """(triple, name, features) of this machine's processor."""
+    return llvm.get_process_triple(), llvm.get_host_cpu_name(), _features()
+
+
+def _features():
+    try:
+        return llvm.get_host_cpu_features().flatten()
+    except RuntimeError:  # not known for this processor
+        return ""
+
+
+def target_machine():
+    """LLVM's target for position independent code on this machine."""
+    _initialise()
+    triple, name, features = cpu()
+    return llvm.Target.from_triple(triple).create_target_machine(
+        cpu=name, features=features, opt=3, reloc="pic", codemodel="default")
+
+
+@cache
+def _initialise():
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+
+
+@cache
+def _engine():
+    module = llvm.parse_assembly("")
+    module.triple = cpu()[0]
+    return llvm.create_mcjit_compiler(module, target_machine())
+
+
+_LOADED = {}
+
+
+def load(symbol: str, code: bytes) -> int:
+    """The address of a function of object code; each symbol is loaded once a process."""
+    with _LOCK:
+        if symbol not in _LOADED:
+            engine = _engine()
+            engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+            engine.finalize_object()
+            _LOADED[symbol] = engine.get_function_address(symbol)
+        return _LOADED[symbol]

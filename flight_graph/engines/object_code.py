@@ -1,0 +1,235 @@
+"""Relocatable object code of one function: typed and lowered by numba, linked, optimised and emitted by llvmlite.
+
+    void part(int64 t_ns, P *p, X *x, void **io)
+
+p, x: the records of parameters and state; io: the addresses of the inputs' records, then of the outputs'. Numba's own
+engine is not used: it would optimise and emit every kernel by itself, with wrappers for Python. Here a kernel stays
+plain intermediate code until the part that reaches it is linked as a whole and optimised once.
+
+`install` turns a whole process into such a compiler; kernels cannot be called from Python in it any more. It is the
+process of `flight_graph.engines.compiler`, which does nothing else.
+"""
+
+import ctypes
+import hashlib
+import sys
+
+import llvmlite.binding as llvm
+from llvmlite import ir
+from numba import _dynfunc
+from numba.core import callconv, codegen, types
+from numba.core.cpu import CPUContext
+from numba.core.lowering import BaseLower
+from numba.core.registry import cpu_target
+from numba.core.runtime import rtsys
+
+from flight_graph.engines.machine import target_machine
+from flight_graph.engines.stops import RAISED
+from flight_graph.errors import FlightError
+
+MAY_STAY_OPEN = {"memset", "memcpy", "memmove"}
+_NEVER_CALLED = ctypes.cast(ctypes.pythonapi.PyErr_BadArgument, ctypes.c_void_p).value
+
+# Views of arrays inside of records are counted by numba, but they own no memory: nothing has to be counted.
+_NO_REFERENCE_COUNTS = """
+define linkonce_odr void @NRT_incref(ptr %memory) alwaysinline {{
+  ret void
+}}
+define linkonce_odr void @NRT_decref(ptr %memory) alwaysinline {{
+  ret void
+}}
+"""
+
+_ENTRY = """
+define void @{symbol}(i64 %t_ns, ptr noalias %p, ptr noalias %x, ptr noalias %io) {{
+  %returned = alloca [64 x i8], align 16
+  %raised = alloca i64
+{loads}
+  %status = call i32 @{inner}(ptr %returned, ptr %raised, {arguments})
+  %done = icmp eq i32 %status, 0
+  %none = icmp eq i32 %status, -2
+  %good = or i1 %done, %none
+  br i1 %good, label %end, label %stop
+stop:
+  %number = load i64, ptr %raised
+  %code = add i64 %number, {base}
+  %fault = getelementptr i8, ptr %x, i64 {fault}
+  store i64 %code, ptr %fault
+  br label %end
+end:
+  ret void
+}}
+declare i32 @{inner}(ptr, ptr, {types})
+"""
+
+
+class Library(codegen.CPUCodeLibrary):
+    """Code as numba lowered it. raised: number -> sentence of each error that it may raise."""
+
+    def __init__(self, owner, name):
+        super().__init__(owner, name)
+        self.raised = {}
+
+    def _optimize_functions(self, ll_module):
+        ll_module.data_layout = self._codegen._data_layout
+
+    def finalize(self):
+        self._raise_if_finalized()
+        self._finalized = True
+
+    def reached(self, found=None) -> list:
+        """This library and all that it links, each once."""
+        found = [] if found is None else found
+        if self not in found:
+            found.append(self)
+            for library in self._linking_libraries:
+                library.reached(found)
+        return found
+
+
+class Codegen(codegen.CPUCodegen):
+    """Makes modules for `target_machine`; nothing is loaded."""
+
+    _library_class = Library
+
+    def _init(self, llvm_module):
+        self._tm = target_machine()
+        self._tm_features = ""
+        self._target_data = self._tm.target_data
+        self._data_layout = str(self._target_data)
+
+    def _add_module(self, module):
+        pass
+
+
+class CallConvention(callconv.CPUCallConv):
+    """An error carries a number instead of a pickled exception; the library says what it stands for."""
+
+    def set_static_user_exc(self, builder, exc, exc_args=None, loc=None, func_name=None):
+        loc = loc or _line_being_lowered()
+        text = ": ".join([exc.__name__, *map(str, exc_args or ())]) if exc else "an error"
+        sentence = f"{text} ({loc.filename}, line {loc.line})" if loc else text
+        number = int.from_bytes(hashlib.sha256(sentence.encode()).digest()[:4], "little") + 1
+        self.context.active_code_library.raised[number] = sentence
+        pointer = self._get_excinfo_argument(builder.function)
+        builder.store(ir.IntType(64)(number).inttoptr(pointer.type.pointee), pointer)
+
+    def set_dynamic_user_exc(self, builder, exc, exc_args, nb_types, loc=None, func_name=None):
+        self.set_static_user_exc(builder, exc, ("its text is not a constant",), loc, func_name)
+
+
+def _line_being_lowered():
+    """Where the statement stands that is being lowered: numba does not say where an index was out of bounds."""
+    frame = sys._getframe()
+    while frame is not None:
+        lower = frame.f_locals.get("self")
+        if isinstance(lower, BaseLower):
+            return lower.loc
+        frame = frame.f_back
+    return None
+
+
+class Context(CPUContext):
+    """Numba's target context, for object code."""
+
+    allow_dynamic_globals = False
+    aot_mode = True
+
+    def init(self):
+        super().init()
+        self._internal_codegen = Codegen("flight_graph")
+
+    @property
+    def call_conv(self):
+        return CallConvention(self)
+
+    def add_dynamic_addr(self, builder, intaddr, info):
+        if info != "CPUDispatcher":
+            raise FlightError(f"a kernel reaches for an address of this process ({info}), which object code cannot have")
+        return ir.IntType(8).as_pointer()(None)  # a kernel as a value: calls do not go through it
+
+    def post_lowering(self, mod, library):
+        pass
+
+    def create_cpython_wrapper(self, library, fndesc, env, call_helper, release_gil=False):
+        pass
+
+    def create_cfunc_wrapper(self, library, fndesc, env, call_helper):
+        pass
+
+    def get_executable(self, library, fndesc, env):
+        library._ensure_finalized()
+        name = fndesc.qualname.split(".")[-1]
+        return _dynfunc.make_function(fndesc.lookup_module(), name, "not callable", _NEVER_CALLED, env, (library,))
+
+
+def install() -> None:
+    """Make this process a compiler of object code."""
+    rtsys._init = True  # numba's run time is not loaded: nothing here allocates
+    cpu_target.__dict__["_toplevel_target_context"] = Context(cpu_target.typing_context, "cpu")
+
+
+def part_code(kernel, arguments: list, count: int, symbol: str, fault: int) -> tuple[bytes, dict[int, str]]:
+    """Object code of one part as the C function ``symbol``, and the sentences of the errors it may raise.
+
+    arguments: numba's types of the kernel's arguments; count: of its inputs and outputs, each a pointer at the end of what
+    numba makes of the arguments. fault: offset of the state's ``fault``, which takes `RAISED` plus the number of an error.
+    """
+    result = kernel.get_compile_result(types.void(*arguments))
+    loads = "\n".join(f"  %s{i}.at = getelementptr ptr, ptr %io, i64 {i}\n  %s{i} = load ptr, ptr %s{i}.at"
+                      for i in range(count))
+    names = ["i64 %t_ns"] * (arguments[0] == types.int64) + ["ptr %p", "ptr %x"] + [f"ptr %s{i}" for i in range(count)]
+    entry = _ENTRY.format(symbol=symbol, inner=f'"{result.fndesc.llvm_func_name}"', loads=loads, base=RAISED, fault=fault,
+                          arguments=", ".join(names), types=", ".join(name.split()[0] for name in names))
+    return _emit(result.library, entry, symbol), _raised(result.library)
+
+
+def function_code(function, signature, symbol: str) -> bytes:
+    """Object code of a compiled function that raises nothing, as the C function ``symbol`` with its own arguments."""
+    result = function.get_compile_result(signature)
+    kinds = {types.int64: "i64", types.int32: "i32"}
+    names = [f"{kinds.get(kind, 'ptr')} %a{i}" for i, kind in enumerate(signature.args)]
+    entry = f"""
+define i64 @{symbol}({', '.join(names)}) {{
+  %returned = alloca i64
+  %raised = alloca i64
+  %status = call i32 @"{result.fndesc.llvm_func_name}"({', '.join(["ptr %returned", "ptr %raised", *names])})
+  %value = load i64, ptr %returned
+  ret i64 %value
+}}
+declare i32 @"{result.fndesc.llvm_func_name}"({', '.join(["ptr", "ptr", *(name.split()[0] for name in names)])})
+"""
+    return _emit(result.library, entry, symbol)
+
+
+def _raised(library):
+    return {number: sentence for reached in library.reached() for number, sentence in reached.raised.items()}
+
+
+def _emit(library, entry, symbol) -> bytes:
+    module, machine = llvm.parse_assembly(entry), target_machine()
+    for reached in library.reached():
+        module.link_in(reached._final_module, preserve=True)
+    if any(function.name == "NRT_decref" for function in module.functions):
+        module.link_in(llvm.parse_assembly(_NO_REFERENCE_COUNTS.format()))
+    module.triple, module.data_layout = machine.triple, str(machine.target_data)
+    for value in [*module.functions, *module.global_variables]:
+        if not value.is_declaration and value.name != symbol:
+            value.linkage = "internal"
+    module.verify()
+    optimise(module, machine)
+    return machine.emit_object(module)
+
+
+def optimise(module, machine) -> None:
+    """LLVM's own order of passes; nothing among them may change the result of an operation."""
+    options = llvm.create_pipeline_tuning_options(speed_level=3)
+    options.loop_vectorization = options.slp_vectorization = False
+    builder = llvm.create_pass_builder(machine, options)
+    builder.getModulePassManager().run(module, builder)
+
+
+def open_symbols(module) -> list[str]:
+    """What the code calls that is not in it."""
+    return sorted(function.name for function in module.functions
+                  if function.is_declaration and not function.name.startswith("llvm."))

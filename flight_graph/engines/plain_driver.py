@@ -1,0 +1,83 @@
+"""The schedule walked in plain Python: the engine ``python``, for debuggers. The same order, the same bits.
+
+Kernels are plain functions here (NUMBA_DISABLE_JIT=1), and see the same memory through NumPy's records.
+"""
+
+import numpy as np
+
+from flight_graph.engines.part_calls import plain_arguments
+from flight_graph.engines.schedule import Schedule, finite_runs, stamp_offset
+from flight_graph.engines.stops import FAULT, NONFINITE
+
+
+class PlainFiring:
+    """One firing bound to arrays."""
+
+    def __init__(self, component, arrays: dict, firing):
+        self._function = getattr(component, firing.part)
+        names = [firing.parameters, firing.state, *firing.records]
+        self._arguments = plain_arguments(component, firing.part, [arrays[name] for name in names])
+        self._fault = arrays[firing.state]["fault"]
+        self.outputs = [PlainOutput(made, arrays) for made in firing.publications]
+
+    def fire(self, tick: int, t_ns: int, stamp: tuple[int, int]) -> int:
+        """One firing. Returns 0 or a code of `stops`."""
+        for output in self.outputs:
+            output.stamp[0], output.stamp[1] = stamp
+        self._function(t_ns, *self._arguments)
+        if self._fault[0]:
+            return FAULT
+        for output in self.outputs:
+            if tick % output.period == 0:
+                if not all(np.isfinite(run).all() for run in output.runs):
+                    return NONFINITE
+                output.publish(tick)
+        return 0
+
+
+class PlainOutput:
+    """What follows a firing, for one output."""
+
+    def __init__(self, made, arrays):
+        record = arrays[made.record]
+        self._body = record.view("u1").reshape(-1)
+        offset = stamp_offset(made.signal)
+        self.stamp = self._body[offset:offset + 8].view("<u4")
+        self.period, self._log_period = made.period, made.log_period
+        self.runs = [self._body[start:start + count * size].view(f"<f{size}")
+                     for start, count, size in finite_runs(made.signal)]
+        self._visible = arrays[made.visible].view("u1").reshape(-1) if made.visible else None
+        self._log = arrays[made.log].view("u1").reshape(-1, record.dtype.itemsize) if made.log else None
+        self.log, self.logged = made.log, 0
+
+    def publish(self, tick):
+        """Show the record to readers, and log it."""
+        if self._visible is not None:
+            self._visible[:] = self._body
+        if self._log is not None and tick % self._log_period == 0:
+            self._log[self.logged] = self._body
+            self.logged += 1
+
+
+class PlainTables:
+    """A schedule over the arrays of one run. components: node -> component."""
+
+    def __init__(self, schedule: Schedule, arrays: dict, components: dict):
+        self._components = components
+        self._holds = [(hold.period, arrays[hold.target], arrays[hold.origin]) for hold in schedule.holds]
+        self.firings = [PlainFiring(components[firing.node], arrays, firing) for firing in schedule.firings]
+
+    def start(self, node: str, parameters: np.ndarray, state: np.ndarray) -> None:
+        """Run the start of a node."""
+        component = self._components[node]
+        component.start(*plain_arguments(component, "start", [parameters, state]))
+
+    def hold(self, tick: int) -> None:
+        """Let the inputs with a delay take the newest messages."""
+        for period, target, origin in self._holds:
+            if tick % period == 0:
+                target[:] = origin
+
+    def logged(self) -> dict[str, int]:
+        """log -> number of rows that are filled."""
+        return {output.log: output.logged for firing in self.firings for output in firing.outputs if output.log}

@@ -1,0 +1,78 @@
+"""One component outside of a graph, fired from Python: what a node and a replay run. The parts are those of the engines."""
+
+import numba
+import numpy as np
+
+from flight_graph.components.component import Component
+from flight_graph.engines import compilation, driver
+from flight_graph.engines.part_calls import parts, ports
+from flight_graph.engines.plain_driver import PlainTables
+from flight_graph.engines.schedule import Firing, Publication, Schedule
+from flight_graph.engines.stops import FAULT, stop_sentence
+from flight_graph.timebase import SECOND, stamp_parts
+
+
+class SingleComponent:
+    """A component over records that somebody else fills and reads.
+
+    parameters, state: (1,) records; inputs, outputs: port -> (1,) record. Their memory is used as it is and must stay.
+    output_periods: port -> period [ns] at which it is published, and checked. epoch_ns: stamp of t = 0.
+    """
+
+    def __init__(self, name: str, use: str, component: type[Component], parameters: np.ndarray, state: np.ndarray,
+                 inputs: dict, outputs: dict, output_periods: dict, epoch_ns: int, check_bounds: bool = False):
+        self.name, self.component, self._epoch_ns = name, component, epoch_ns
+        self._records = {"parameters": parameters, "state": state, **outputs}
+        self._arrays = {"P": parameters, "X": state, **{f"I {port}": record for port, record in inputs.items()},
+                        **{f"O {port}": record for port, record in outputs.items()}}
+        self._numbers = {part: i for i, part in enumerate(part for part in parts(component) if part != "start")}
+        schedule = Schedule(None, {}, firings=[self._firing(part, output_periods) for part in self._numbers])
+        self._codes = None
+        if numba.config.DISABLE_JIT:
+            self._tables = PlainTables(schedule, self._arrays, {name: component})
+        else:
+            self._codes = compilation.load({use: component}, check_bounds)[use]
+            self._tables = driver.Tables(schedule, self._arrays, {name: self._codes})
+            self._fire, self._row = driver.function("fire"), driver.address(self._tables.firings)
+            self._slower = [(number, output_periods[port]) for number, port in enumerate(self._published())
+                            if port in component.output_rate_hz]
+            self._tables.outputs["period"] = 0  # due at every firing, but for the slower ones
+
+    def _published(self):
+        return [port for part in self._numbers for port in ports(self.component, part)[1]]
+
+    def _firing(self, part, periods):
+        inputs, outputs = ports(self.component, part)
+        return Firing(self.name, part, 1, "P", "X", (*(f"I {port}" for port in inputs), *(f"O {port}" for port in outputs)),
+                      tuple(Publication(port, self.component.outputs[port], periods[port], f"O {port}", None, None, 0)
+                            for port in outputs))
+
+    def call(self, part: str, t_ns: int) -> str:
+        """Run one part at t, its outputs stamped, where the component has it; the sentence of a stop, or nothing."""
+        if part == "start":
+            return self._start() if self.component.start is not None else ""
+        number = self._numbers.get(part)
+        if number is None:
+            return ""
+        if self._codes is None:
+            return self._call_plainly(part, number, t_ns)
+        stamp_ns = self._epoch_ns + t_ns
+        for slower, period in self._slower:
+            self._tables.outputs["next"][slower] = 0 if t_ns % period == 0 else -1
+        sec, nanosec = stamp_parts(stamp_ns)
+        code = self._fire(self._row + number * driver.FIRING.itemsize, 0, t_ns, sec | nanosec << 32)
+        return self._sentence(part, code, t_ns) if code else ""
+
+    def _start(self):
+        parameters, state = self._records["parameters"], self._records["state"]
+        self._tables.start(self.name, parameters, state)
+        return self._sentence("start", FAULT, 0) if state["fault"][0] else ""
+
+    def _call_plainly(self, part, number, t_ns):
+        with np.errstate(all="ignore"):
+            code = self._tables.firings[number].fire(t_ns, t_ns, stamp_parts(self._epoch_ns + t_ns))
+        return self._sentence(part, code, t_ns) if code else ""
+
+    def _sentence(self, part, code, t_ns):
+        errors = self._codes[part].errors if self._codes else None
+        return stop_sentence(self.name, part, self.component, code, self._records, t_ns / SECOND, errors)
