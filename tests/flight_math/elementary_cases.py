@@ -34,6 +34,7 @@ EXACT = {
 SERIES = {"sin": -0.0, "tan": 0.0, "asin": 0.0, "atan": 0.0, "expm1": 0.5, "log1p": -0.5, "tanh": 0.0}  # x + this x^2
 LIMIT = {name: 1.0 for name in EXACT}  # ulp
 NAMES = tuple(EXACT)
+PAIRS = ("atan2", "hypot", "power")
 
 
 def error(name, found, arguments):

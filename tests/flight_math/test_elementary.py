@@ -57,7 +57,7 @@ def same(a, b):
 def test_within_one_unit_in_the_last_place(name):
     function = getattr(elementary, name)
     tried = list(cases.ranges(name, 20_000))
-    tried.append(("hard", (np.array(HARD.get(name, ())),)) if name not in ("atan2", "hypot", "power") else ("none", ((), ())))
+    tried.append(("hard", (np.array(HARD.get(name, ())),)) if name not in cases.PAIRS else ("none", ((), ())))
     for label, columns in tried:
         for arguments in zip(*(np.asarray(column).tolist() for column in columns)):
             error = cases.error(name, function(*arguments), arguments)
@@ -81,7 +81,7 @@ def test_next_to_multiples_of_a_quarter_turn():
 def test_ends_are_those_of_annex_f(name):
     """Where NumPy's function gives 0, an infinity or NaN, so does ours, with that sign; NaN is one NaN."""
     ours, theirs = getattr(elementary, name), getattr(np, NUMPY.get(name, name))
-    pairs = name in ("atan2", "hypot", "power")
+    pairs = name in cases.PAIRS
     for x in ENDS:
         for arguments in [(x, y) for y in ENDS] if pairs else [(x,)]:
             if name == "power" and arguments[1] == 0.5:
