@@ -1,5 +1,5 @@
 VENV := .venv
-BIN := $(VENV)/bin
+BIN := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 LOCK := build/lock
 UV_VERSION := 0.13.9
 
@@ -11,10 +11,10 @@ INSTALLED := setup.py package.xml pyproject.toml $(wildcard */nodes.py launch/*/
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo test bench lock clean choose
+.PHONY: help setup demo test portable bench lock clean choose
 
 help: ## this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-7s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 	@echo
 	@echo "PYTHON=/path/to/python3.12 chooses the interpreter (3.11 or 3.12); ROS=none leaves ROS 2 out."
 
@@ -26,6 +26,9 @@ demo: setup ## a first flight (runs: flight demo)
 test: setup $(if $(shell command -v npm),$(READER)) ## all tests; a broken build fails in the first seconds
 	$(BIN)/python -m pytest -x -q tests/smoke
 	$(BIN)/python -m pytest -q -n 2 --dist loadgroup tests --ignore=tests/smoke
+
+portable: setup ## the same bits on other processors, emulated Arm too (docs/portable.md; ARM_ROOT=/path/to/its/root)
+	$(BIN)/python -m tests.portable.machines $(if $(ARM_ROOT),--root "$(ARM_ROOT)")
 
 bench: setup ## the numbers of the README (runs: benchmarks/*.py)
 	@for script in benchmarks/*.py; do echo "$$script"; $(BIN)/python "$$script" || exit 1; done

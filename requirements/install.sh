@@ -4,13 +4,23 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 venv=.venv
+case "$(uname -s)" in
+    MINGW* | MSYS* | CYGWIN*) bin=$venv/Scripts ;;
+    *) bin=$venv/bin ;;
+esac
 
 stop() { echo "setup: $*" >&2; exit 1; }
 is_supported() {
     "$1" -c 'import sys, venv, ensurepip; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 12)))' >/dev/null 2>&1
 }
+has_ros_wheels() { # manylinux_2_28_x86_64
+    "$python" -c 'import platform, sys
+libc, version = platform.libc_ver()
+here = sys.platform, platform.machine(), libc
+sys.exit(here != ("linux", "x86_64", "glibc") or tuple(map(int, version.split(".")[:2])) < (2, 28))'
+}
 has_ros() { "$1" -c 'import rclpy' >/dev/null 2>&1; }
-version_of() { "$1" -c 'import sys; print("%d.%d" % sys.version_info[:2])'; }
+version_of() { "$1" -c 'import sys; print("%d.%d" % sys.version_info[:2], end="")'; }
 
 if [ "${ROS_DISTRO:-jazzy}" != jazzy ]; then
     stop "ROS 2 $ROS_DISTRO is sourced, this project runs on Jazzy: use a shell in which it is not sourced."
@@ -22,13 +32,13 @@ if [ -n "$python" ]; then
 elif [ "${ROS_DISTRO:-}" = jazzy ] && is_supported python3 && has_ros python3; then
     python=python3 # the one that the sourced ROS 2 is built for
 else
-    for candidate in $venv/bin/python python3.12 python3.11 python3; do
+    for candidate in $bin/python python3.12 python3.11 python3 python; do
         if is_supported "$candidate"; then python=$candidate; break; fi
     done
     [ -n "$python" ] || stop "no Python 3.11 or 3.12 with the modules venv and ensurepip was found (on Debian and" \
         "Ubuntu: apt install python3-venv). Install one, or name one: make setup PYTHON=/path/to/python3.12"
 fi
-python=$("$python" -c 'import sys; print(sys._base_executable)') # not a venv's own, which may be remade below
+python=$("$python" -c 'import sys; print(sys._base_executable, end="")') # not a venv's own, which may be remade below
 version=$(version_of "$python")
 
 lock=requirements/python$version.txt
@@ -38,16 +48,16 @@ if [ "${ROS:-}" = none ]; then
 elif [ "${ROS_DISTRO:-}" = jazzy ] && has_ros "$python"; then
     ros="the sourced Jazzy"
     inherit=true
-elif [ "$(uname -s) $(uname -m)" = "Linux x86_64" ]; then
+elif has_ros_wheels; then
     ros="Jazzy from wheels"
     lock=requirements/python$version-ros.txt
 else
-    ros="none (its wheels are for x86_64 Linux, and no Jazzy is sourced); all but the ROS executor works"
+    ros="none (its wheels are for x86_64 Linux with glibc 2.28 or newer, and no Jazzy is sourced); all but the ROS executor works"
 fi
 echo "setup: Python $version; ROS 2: $ros; packages of $lock"
 
 is_as_wanted() {
-    [ "$(version_of $venv/bin/python 2>/dev/null)" = "$version" ] &&
+    [ "$(version_of $bin/python 2>/dev/null)" = "$version" ] &&
         grep -q "^include-system-site-packages = $inherit" $venv/pyvenv.cfg
 }
 if ! is_as_wanted; then
@@ -56,7 +66,7 @@ if ! is_as_wanted; then
     "$python" -m venv "${options[@]}" $venv
 fi
 
-pip() { $venv/bin/python -m pip --disable-pip-version-check "$@"; }
+pip() { $bin/python -m pip --disable-pip-version-check "$@"; }
 pip install --quiet --require-hashes --only-binary :all: -r requirements/build.txt
 # empy comes as source only; the build tools just installed build it, so that no unpinned ones are fetched.
 pip install --quiet --require-hashes --no-build-isolation --only-binary :all: --no-binary empy -r "$lock"
