@@ -8,7 +8,7 @@ Without --rows: one line a paper, counting verdicts. With --rows: every row of o
 import argparse
 from collections import Counter
 
-from flight_graph.claims.claims import claims
+from flight_graph.claims import claims
 from flight_graph.cli.show import number, steps
 
 

@@ -25,7 +25,7 @@ def claims(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Recompute the claims of a paper from runs and say which hold. The status is 1 when a verdict has changed."""
-    from flight_graph.claims.claims import claims as engine
+    from flight_graph.claims import claims as engine
     kept = None
     if bags is not None:
         from flight_graph.claims.kept_runs import KeptRuns

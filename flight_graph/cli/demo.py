@@ -19,7 +19,7 @@ def demo(
 ) -> None:
     """Run a scenario as ROS 2 nodes in lockstep, record it, judge the claims that it can, and draw its figure."""
     from flight_graph import runs
-    from flight_graph.claims.claims import claims
+    from flight_graph.claims import claims
     from flight_graph.cli.bags import draw_overview
     from flight_graph.cli.claims import table
     from flight_graph.graphs.scenario import load
