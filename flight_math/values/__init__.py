@@ -51,6 +51,7 @@ from flight_math.values.matrices import (
     identity3,
     outer,
     skew,
+    solve,
     transpose,
 )
 from flight_math.values.rotations import (
@@ -72,6 +73,6 @@ __all__ = [
     "diagonal_of", "dot", "dual_quaternion", "dual_vector_part", "elementwise", "exp", "expm1", "from_columns",
     "from_rows", "hypot", "identity3", "largest", "log", "log1p", "mat3", "maximum", "minimum", "norm", "normalised",
     "outer", "power", "quaternion", "quaternion4", "rotate", "rotate_back", "rotation_matrix", "row", "same", "short_way",
-    "sign", "sin", "sincos", "skew", "smallest", "sqrt", "stack_array", "tan", "tanh", "total", "transpose", "vec3",
+    "sign", "sin", "sincos", "skew", "smallest", "solve", "sqrt", "stack_array", "tan", "tanh", "total", "transpose", "vec3",
     "vector_part", "view", "where",
 ]

@@ -87,7 +87,7 @@ class Value(tuple, metaclass=ValueClass):
         if isinstance(at, (int, np.integer)) and len(cls.shape) == 1:
             if not -cls.count <= at < cls.count:
                 refuse(f"[{at}] is outside of a {cls.title}, whose components are 0 to {cls.count - 1}")
-            return int(at)
+            return int(at % cls.count)
         if len(cls.shape) == 2 and isinstance(at, tuple) and len(at) == 2:
             for index, length in zip(at, cls.shape):
                 if not -length <= index < length:

@@ -23,15 +23,11 @@ class ViewType(types.Type):
 
     def __init__(self, record, kinds):
         self.record, self.kinds = record, kinds
-        super().__init__(f"View({record}, {kinds!r})")
+        super().__init__(f"View({hashlib.sha256(f'{record}{kinds!r}'.encode()).hexdigest()[:12]})")
 
     @property
     def key(self):
         return self.record, self.kinds
-
-    @property
-    def mangling_args(self):
-        return "View", (int(hashlib.sha256(self.name.encode()).hexdigest()[:12], 16),)
 
 
 class KindsType(types.Opaque):
