@@ -1,14 +1,13 @@
-"""One run of a scenario in any engine: from the scenario to a bag and its metrics."""
+"""Runs, verifications and replays in any engine, those of ROS among them."""
 
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from flight_graph.errors import FlightError, RunStopped, unknown
+from flight_graph.engines.choice import check_engine, pace_text, parse_pace
+from flight_graph.errors import FlightError, RunStopped
 from flight_graph.graphs import metrics
 from flight_graph.graphs.scenario import Scenario
-
-ENGINES = ("compiled", "python", "ros")
 
 
 @dataclass
@@ -25,34 +24,6 @@ class Outcome:
     lost: int = 0
 
 
-def parse_pace(text: str) -> tuple[str, float]:
-    """``lockstep``, ``realtime`` or ``realtime:FACTOR`` as (pace, factor). Raises FlightError."""
-    pace, _, factor = text.partition(":")
-    if pace not in ("lockstep", "realtime") or (factor and pace == "lockstep"):
-        raise FlightError(f"--pace {text}: allowed: lockstep, realtime or realtime:FACTOR")
-    try:
-        number = float(factor) if factor else 1.0
-    except ValueError:
-        number = 0.0
-    if not 0.0 < number < float("inf"):
-        raise FlightError(f"--pace {text}: the factor must be a number greater than 0")
-    return pace, number
-
-
-def pace_text(pace: str, factor: float) -> str:
-    """The pace as `parse_pace` reads it: ``lockstep`` or ``realtime:FACTOR``."""
-    return pace if pace == "lockstep" else f"{pace}:{factor:g}"
-
-
-def check_engine(scenario: Scenario, engine: str) -> None:
-    """Refuse an engine that does not exist or that the scenario cannot run in."""
-    if engine not in ENGINES:
-        raise unknown("engine", engine, ENGINES)
-    only = scenario.file.only
-    if only and (engine == "ros") != (only.engine == "ros"):
-        raise FlightError(f"{scenario.name} runs in the {only.engine} engine only: {only.because}")
-
-
 def new_folder(wanted: Path | None, scenario: Scenario, engine: str) -> Path:
     """The bag's folder: ``wanted`` (refused when it exists), or the next free runs/<scenario>-<engine>-<n>."""
     if wanted is not None:
@@ -66,18 +37,19 @@ def new_folder(wanted: Path | None, scenario: Scenario, engine: str) -> Path:
 
 
 def execute(scenario: Scenario, engine: str = "compiled", pace: str = "lockstep", out: Path | None = None,
-            progress=None, compiling=None) -> Outcome:
+            progress=None, compiling=None, check_bounds: bool = False) -> Outcome:
     """Run a scenario and record it into a new folder. Raises FlightError.
 
     progress(seconds simulated) is called now and then; compiling(components done, in all, names of those under way) while
-    machine code is made. A run that a component stops leaves its bag up to there, and raises RunStopped.
+    machine code is made. check_bounds: an index beyond an array's end stops the run with a sentence. A run that a
+    component stops leaves its bag up to there, and raises RunStopped.
     """
     check_engine(scenario, engine)
     pace, factor = parse_pace(pace)
     folder = new_folder(out, scenario, engine)
     _prepare(folder.parent)
     if engine == "ros":
-        return _ros(scenario, folder, pace, factor, progress)
+        return _ros(scenario, folder, pace, factor, progress, compiling, check_bounds)
     from numba import config
 
     from flight_graph.engines.compiled import CompiledRun
@@ -85,7 +57,7 @@ def execute(scenario: Scenario, engine: str = "compiled", pace: str = "lockstep"
     if (engine == "python") != bool(config.DISABLE_JIT):
         raise FlightError("the python engine needs NUMBA_DISABLE_JIT=1 in the environment, and no other engine may have it")
     try:
-        recording = CompiledRun(scenario).run(progress, compiling=compiling)
+        recording = CompiledRun(scenario, check_bounds).run(progress, compiling=compiling)
     except RunStopped as stop:
         write_recording(stop.recording, folder, engine)
         raise
@@ -103,17 +75,37 @@ def _prepare(parent: Path) -> None:
         raise FlightError(f"the bag cannot be written to '{parent}': this folder is read-only")
 
 
+def verify(path, engine: str = "compiled", **options):
+    """Run a bag's scenario again in any engine, see `flight_graph.replays.verify.verify`. Raises FlightError."""
+    from flight_graph.replays.verify import verify as run_again
+
+    def as_nodes(scenario, folder, progress, check_bounds):
+        from flight_graph.ros import launcher
+        launcher.run(scenario, folder, progress=progress, check_bounds=check_bounds)
+    return run_again(path, engine, as_nodes=as_nodes, **options)
+
+
+def replay(path, component: str, engine: str = "compiled", **options):
+    """Replay one component in any engine, see `flight_graph.replays.replay.replay`. Raises FlightError."""
+    from flight_graph.replays.replay import replay as run_again
+
+    def as_node(*arguments):
+        from flight_graph.ros import replay_launcher
+        return replay_launcher.run(*arguments)
+    return run_again(path, component, engine, as_node=as_node, **options)
+
+
 def simulate(scenario: Scenario):
     """Run a scenario in process without a bag; return its Recording."""
     from flight_graph.engines.compiled import CompiledRun
     return CompiledRun(scenario).run()
 
 
-def _ros(scenario, folder, pace, factor, progress):
+def _ros(scenario, folder, pace, factor, progress, compiling, check_bounds):
     from flight_graph.bags.reader import read_bag
     from flight_graph.recordings.recording import BagSignals
     from flight_graph.ros import launcher
-    result = launcher.run(scenario, folder, pace, factor, progress)
+    result = launcher.run(scenario, folder, pace, factor, progress, compiling, check_bounds)
     signals = BagSignals(read_bag(folder), scenario)
     return Outcome(folder, "ros", pace_text(pace, factor), result.wall_s, 0.0,
                    metrics.compute(scenario, signals), result.statistics, int(result.outcome.get("lost", 0)))

@@ -28,8 +28,6 @@ relation, for what is no metric of a run: function() returns (holds, text of wha
 import importlib
 import math
 from dataclasses import dataclass, field
-from importlib import resources
-from pathlib import Path
 from typing import Any, Literal
 
 import yaml
@@ -39,6 +37,7 @@ from flight_graph.claims.claim_expressions import Several, evaluate, names
 from flight_graph.claims.claim_runs import RunEntry, run_all
 from flight_graph.errors import FlightError, unknown
 from flight_graph.graphs import metrics
+from flight_graph.graphs.papers import papers
 
 HOLDS, FAILS, DEPENDS = "holds", "does not hold", "depends"
 ESTIMATED = "with estimated state"
@@ -162,12 +161,6 @@ class Row:
                 "relation": claim.relation.text if claim.relation else "check", "found": self.found,
                 "verdict": self.verdict, "expected": claim.expect, "estimated": self.estimated,
                 "estimated_verdict": self.estimated_verdict, "because": claim.because}
-
-
-def papers() -> dict[str, Path]:
-    """The papers that have claims, and the files."""
-    root = Path(str(resources.files("papers")))
-    return {path.parent.name: path for path in sorted(root.glob("*/claims.yaml"))}
 
 
 def read(paper: str) -> ClaimsFile:

@@ -149,7 +149,7 @@ def diff(
         print(json.dumps({"a": str(bag_a), "b": str(bag_b), "equal": equal, "topics": [asdict(t) for t in found]},
                          default=str))
     else:
-        from flight_graph.cli.replay import fields_table
+        from flight_graph.cli.show import fields_table
         for topic in found:
             console.print(str(topic), markup=False, highlight=False)
         if any(topic.fields for topic in found):

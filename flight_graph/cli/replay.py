@@ -1,14 +1,13 @@
 """flight verify, replay, play: a bag run again, one component on its inputs, and a bag published live."""
 
 import json
-import math
 from typing import Annotated
 
 import typer
 
 from flight_graph.cli.bags import BagPath, Topics, tell_unchecked, topic_names
-from flight_graph.cli.scenarios import Json, parse_settings, prepare_engine
-from flight_graph.cli.show import add, console, number, status, steps
+from flight_graph.cli.scenarios import CheckBounds, Json, parse_settings, prepare_engine
+from flight_graph.cli.show import console, fields_table, status, steps
 from flight_graph.errors import FlightError
 
 Trust = Annotated[bool, typer.Option("--trust", help="Run component files that the bag carries. Read them first.")]
@@ -17,7 +16,6 @@ Tolerance = Annotated[float, typer.Option(
                   "differ by its floor, mostly 1e-12 of its unit.")]
 
 
-_ROWS = 40  # of the table of differing fields
 
 
 def register(app: typer.Typer) -> None:
@@ -29,7 +27,7 @@ def register(app: typer.Typer) -> None:
 def verify(
     bag: BagPath,
     engine: Annotated[str, typer.Option(help="compiled, python, or ros (all nodes, in lockstep).")] = "compiled",
-    trust: Trust = False, tolerance: Tolerance = 1e-6, as_json: Json = False,
+    trust: Trust = False, tolerance: Tolerance = 1e-6, check_bounds: CheckBounds = False, as_json: Json = False,
 ) -> None:
     """Run a bag's scenario again from the bag alone and compare every message, byte for byte.
 
@@ -37,10 +35,12 @@ def verify(
     is within a tolerance. The status is 0 when the bag holds, 1 when it does not or cannot be compared.
     """
     prepare_engine(engine)
-    from flight_graph.replays.verify import verify as run_again
+    from flight_graph.runs import verify as run_again
     with steps(f"verify {bag}", not as_json) as advance:
-        result = run_again(bag, engine, trust, tolerance, lambda seconds: advance(seconds, None, "s simulated"),
-                           lambda done, total, names: advance(done, total, f"compiling {names} (once; it is kept)"))
+        result = run_again(
+            bag, engine, trust=trust, tolerance=tolerance, check_bounds=check_bounds,
+            progress=lambda seconds: advance(seconds, None, "s simulated"),
+            compiling=lambda done, total, names: advance(done, total, f"compiling {names} (once; it is kept)"))
     if as_json:
         print(json.dumps({"bag": str(bag), "holds": result.holds, **result.plain()}, default=str))
     else:
@@ -55,17 +55,18 @@ def replay(
     engine: Annotated[str, typer.Option(help="compiled, python, or ros (the real node over topics).")] = "compiled",
     settings: Annotated[list[str] | None, typer.Option(
         "--set", metavar="PARAM=VALUE", help="Change a parameter of the component; may be repeated.")] = None,
-    trust: Trust = False, tolerance: Tolerance = 1e-6, as_json: Json = False,
+    trust: Trust = False, tolerance: Tolerance = 1e-6, check_bounds: CheckBounds = False, as_json: Json = False,
 ) -> None:
     """Feed the recorded inputs to one component and compare its outputs with the recorded ones.
 
     Without --set every byte must be equal. With --set the differences are reported (open loop).
     """
     prepare_engine(engine)
-    from flight_graph.replays.replay import replay as run_again
+    from flight_graph.runs import replay as run_again
     with steps(f"replay {component}", not as_json) as advance:
-        result = run_again(bag, component, engine, parse_settings(settings), trust, tolerance,
-                           lambda seconds: advance(seconds, None, "s simulated"))
+        result = run_again(
+            bag, component, engine, settings=parse_settings(settings), trust=trust, tolerance=tolerance,
+            check_bounds=check_bounds, progress=lambda seconds: advance(seconds, None, "s simulated"))
     if as_json:
         print(json.dumps({"bag": str(bag), "holds": result.holds, **result.plain()}, default=str))
     else:
@@ -107,24 +108,3 @@ def _show(result, open_loop: bool = False) -> None:
     different = [topic for topic in result.topics if not topic.equal]
     if different:
         console.print(fields_table(different))
-
-
-def fields_table(topics):
-    """The fields that differ, with their largest differences."""
-    from rich.table import Table
-    table = Table("topic", "messages", "field", "absolute", "relative", title_justify="left",
-                  title="largest differences")
-    rows = []
-    for topic in topics:
-        counts = str(topic.count_a) if topic.count_a == topic.count_b else f"{topic.count_a} and {topic.count_b}"
-        if not topic.fields:
-            rows.append((topic.topic, counts, topic.remark or "", "", ""))
-        for name, difference in topic.fields.items():
-            rows.append((topic.topic, counts, name, *(
-                number(value) if math.isfinite(value) else "not a number" for value in
-                (difference.absolute, difference.relative))))
-    for row in rows[:_ROWS]:
-        add(table, *row)
-    if len(rows) > _ROWS:
-        add(table, f"and {len(rows) - _ROWS} more fields", "", "(--json has all)", "", "")
-    return table

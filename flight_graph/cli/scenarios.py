@@ -17,6 +17,8 @@ Settings = Annotated[list[str] | None, typer.Option(
     "--set", metavar="COMPONENT.PARAM=VALUE", help="Change a parameter or a rate; may be repeated.")]
 Params = Annotated[list[Path] | None, typer.Option(
     "--params", metavar="FILE", help="A ROS parameter file, such as flight design writes; --set comes on top.")]
+CheckBounds = Annotated[bool, typer.Option(
+    "--check-bounds", help="Stop at an index beyond an array's end, with its line (slower; compiled apart).")]
 
 
 def prepare_engine(engine: str) -> None:
@@ -66,21 +68,24 @@ def run(
     seed: Annotated[int | None, typer.Option(help="Seed of all noise.")] = None,
     duration: Annotated[float | None, typer.Option(help="Simulated seconds.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the bag (a new one).")] = None,
+    check_bounds: CheckBounds = False,
     as_json: Json = False,
 ) -> None:
     """Run a scenario, record it to a bag, and print its metrics."""
     prepare_engine(engine)
     from flight_graph import runs
+    from flight_graph.engines.choice import check_engine
     from flight_graph.graphs import scenario as scenarios
     loaded = scenarios.load(scenario, overrides(scenario, settings, params, seed, duration), case)
-    runs.check_engine(loaded, engine)
+    check_engine(loaded, engine)
     folder = runs.new_folder(out, loaded, engine)
     for warning in loaded.warnings():
         status(f"warning: {warning}")
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # both end the nodes and close the bag
     with RunProgress(loaded, not as_json) as progress:
         try:
-            outcome = runs.execute(loaded, engine, pace, folder, progress.advance, progress.compiling)
+            outcome = runs.execute(loaded, engine, pace, folder, progress.advance, progress.compiling,
+                                   check_bounds)
         except (KeyboardInterrupt, FlightError) as error:
             reason = str(error) or "interrupted"
             raise FlightError(f"{reason}; {_what_is_left(folder)}") from None

@@ -1,5 +1,6 @@
 """How the command line shows things: console, progress, tables."""
 
+import math
 import sys
 from contextlib import contextmanager
 
@@ -7,6 +8,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
+
+_ROWS = 40  # of the table of differing fields
 
 console = Console(soft_wrap=not sys.stdout.isatty(), width=None if sys.stdout.isatty() else 160)
 _errors = Console(stderr=True)
@@ -94,3 +97,23 @@ def number(value) -> str:
     if value is None:
         return "never"
     return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def fields_table(topics):
+    """The fields that differ, with their largest differences."""
+    table = Table("topic", "messages", "field", "absolute", "relative", title_justify="left",
+                  title="largest differences")
+    rows = []
+    for topic in topics:
+        counts = str(topic.count_a) if topic.count_a == topic.count_b else f"{topic.count_a} and {topic.count_b}"
+        if not topic.fields:
+            rows.append((topic.topic, counts, topic.remark or "", "", ""))
+        for name, difference in topic.fields.items():
+            rows.append((topic.topic, counts, name, *(
+                number(value) if math.isfinite(value) else "not a number" for value in
+                (difference.absolute, difference.relative))))
+    for row in rows[:_ROWS]:
+        add(table, *row)
+    if len(rows) > _ROWS:
+        add(table, f"and {len(rows) - _ROWS} more fields", "", "(--json has all)", "", "")
+    return table

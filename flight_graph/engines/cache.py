@@ -57,7 +57,12 @@ def write(key: str, code: bytes, about: dict) -> None:
     handle, draft = tempfile.mkstemp(".tmp", key[:8], path.parent)
     with os.fdopen(handle, "wb") as file:
         file.write(head + b"\n" + code)
-    os.replace(draft, path)
+    try:
+        os.replace(draft, path)
+    except PermissionError:  # on Windows, while another process reads what is there: it has the same key
+        os.unlink(draft)
+        if read(key) is None:
+            raise
 
 
 def read(key: str) -> tuple[bytes, dict] | None:

@@ -13,6 +13,7 @@ from flight_graph.engines import driver, parts
 from flight_graph.engines.cache import cache_folder
 from flight_graph.errors import FlightError
 
+HERE = "FLIGHT_COMPILE_HERE"  # 1 in the environment: compile in this process
 _LOADING = threading.Lock()  # runs of a sweep are threads of one process
 
 
@@ -47,23 +48,26 @@ def compile_missing(components: dict[str, type[Component]], check_bounds: bool =
     """
     tasks = _tasks(components, check_bounds)
     if tasks:
-        _work(tasks, check_bounds, progress, jobs)
+        _work(tasks, progress, jobs)
     return len(tasks)
 
 
 def compile_kept(name: str, key: str) -> None:
     """Compile a kernel over arrays, see `flight_graph.engines.kept`."""
-    _work([_Task(name, [{"kept": name, "key": key}])], False, None, 1)
+    _work([_Task(name, [{"kept": name, "key": key}])], None, 1)
 
 
-def _work(tasks, check_bounds, progress, jobs):
+def _work(tasks, progress, jobs):
+    if os.environ.get(HERE) == "1":
+        _work_here(tasks, progress)
+        return
     waiting, answers, workers = queue.SimpleQueue(), queue.SimpleQueue(), []
     for task in tasks:
         waiting.put(task)
     count = min(jobs or os.cpu_count() or 1, len(tasks))
     try:
         for _ in range(count):
-            workers.append(_Worker(waiting, answers, check_bounds))
+            workers.append(_Worker(waiting, answers))
         running, done = {}, 0
         while done < len(tasks):
             kind, worker, value = answers.get()
@@ -116,13 +120,33 @@ def _tasks(components, check_bounds):
     return sorted(tasks, key=lambda task: not task.is_own)
 
 
+def _work_here(tasks, progress):
+    """Compile in this process: where it cannot start another one of its kind (an emulated processor)."""
+    from flight_graph.engines import compiler, object_code
+    with object_code.installed():
+        for done, task in enumerate(tasks):
+            if progress:
+                progress(done, len(tasks), task.name)
+            for job in task.jobs:
+                _judge(task, job, compiler.answer(job))
+
+
+def _judge(task, job, answer):
+    """Raise what an answer of the compiler's says. Raises FlightError."""
+    if "refused" in answer:
+        raise FlightError(answer["refused"])
+    if "error" in answer:
+        what = f"{task.name}{', ' + job['part'] if 'part' in job else ''}"
+        raise CompilationFailed(f"{what}: it cannot be compiled: {answer['error']}", answer["error"])
+
+
 class _Worker:
     """A compiling process and the thread that feeds it."""
 
-    def __init__(self, waiting, answers, check_bounds):
+    def __init__(self, waiting, answers):
         self._waiting, self._answers = waiting, answers
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path),
-                       "NUMBA_BOUNDSCHECK": str(int(check_bounds)), "NUMBA_DISABLE_JIT": "0"}
+                       "NUMBA_DISABLE_JIT": "0"}
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", "flight_graph.engines.compiler"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
             text=True, env=environment)
@@ -151,12 +175,7 @@ class _Worker:
             line = ""
         if not line:
             raise FlightError(f"{task.name}: its compiler ended by itself (status {self._process.wait()})")
-        answer = json.loads(line)
-        if "refused" in answer:
-            raise FlightError(answer["refused"])
-        if "error" in answer:
-            what = f"{task.name}{', ' + job['part'] if 'part' in job else ''}"
-            raise CompilationFailed(f"{what}: it cannot be compiled: {answer['error']}", answer["error"])
+        _judge(task, job, json.loads(line))
 
     def end(self):
         """End the process."""

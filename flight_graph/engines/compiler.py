@@ -13,8 +13,11 @@ import sys
 import time
 import traceback
 
+import numba
+
 from flight_graph.components import registry
 from flight_graph.engines import cache, driver, kept, object_code, part_calls, parts
+from flight_graph.engines.compile_errors import translated
 from flight_graph.errors import FlightError
 
 
@@ -23,8 +26,11 @@ def compile_part(component, part: str, key: str, about: str) -> None:
     symbol = parts.symbol(key)
     fault = component.state.dtype.fields["fault"][1]
     count = len(part_calls.records(component, part)) - 2
-    arguments = part_calls.compiled_arguments(component, part)
-    code, errors = object_code.part_code(getattr(component, part), arguments, count, symbol, fault)
+    kernel = getattr(component, part)
+    with translated(component, part):
+        arguments = part_calls.compiled_arguments(component, part)
+        is_closed = part_calls.takes_views(kernel)
+        code, errors = object_code.part_code(kernel, arguments, count, symbol, fault, is_closed)
     cache.write(key, code, {"what": about, "symbol": symbol, "errors": errors})
 
 
@@ -45,6 +51,7 @@ def compile_kept(name: str, key: str) -> None:
 
 def work(job: dict) -> None:
     """Do one job. Raises what goes wrong."""
+    numba.config.BOUNDSCHECK = int(job.get("check_bounds", False))
     if "driver" in job:
         compile_driver(job["driver"])
         return
@@ -57,21 +64,27 @@ def work(job: dict) -> None:
     compile_part(component, job["part"], job["key"], f"{job['use']} {job['part']}")
 
 
+def answer(job: dict) -> dict:
+    """Do one job; the answer to it."""
+    began, usual = time.perf_counter(), numba.config.BOUNDSCHECK
+    try:
+        work(job)
+    except FlightError as error:
+        return {"refused": str(error)}
+    except Exception:
+        return {"error": traceback.format_exc()}
+    finally:
+        numba.config.BOUNDSCHECK = usual
+    return {"seconds": time.perf_counter() - began}
+
+
 def main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that asked ends this one
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)  # what components print does not go among the answers
     object_code.install()
     for line in sys.stdin:
-        began = time.perf_counter()
-        try:
-            work(json.loads(line))
-            answer = {"seconds": time.perf_counter() - began}
-        except FlightError as error:
-            answer = {"refused": str(error)}
-        except Exception:
-            answer = {"error": traceback.format_exc()}
-        answers.write(json.dumps(answer) + "\n")
+        answers.write(json.dumps(answer(json.loads(line))) + "\n")
         answers.flush()
 
 

@@ -11,14 +11,17 @@ process of `flight_graph.engines.compiler`, which does nothing else.
 """
 
 import ctypes
+import gc
 import hashlib
 import sys
+from contextlib import contextmanager
 
 import llvmlite.binding as llvm
 from llvmlite import ir
-from numba import _dynfunc
+from numba import _dynfunc, config
 from numba.core import callconv, codegen, types
 from numba.core.cpu import CPUContext
+from numba.core.dispatcher import Dispatcher
 from numba.core.lowering import BaseLower
 from numba.core.registry import cpu_target
 from numba.core.runtime import rtsys
@@ -27,7 +30,11 @@ from flight_graph.engines.machine import target_machine
 from flight_graph.engines.stops import RAISED
 from flight_graph.errors import FlightError
 
-MAY_STAY_OPEN = {"memset", "memcpy", "memmove"}
+MEMORY = {"memset", "memcpy", "memmove"}  # what any code may call
+LIBM = {"sin", "cos", "sincos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh",
+        "exp", "exp2", "expm1", "log", "log2", "log10", "log1p", "pow", "sqrt", "cbrt", "hypot", "floor", "ceil", "trunc",
+        "fmod", "round", "rint", "fabs", "copysign", "erf", "erfc", "lgamma", "tgamma", "ldexp", "frexp"}
+_CONTEXT = "_toplevel_target_context"
 _NEVER_CALLED = ctypes.cast(ctypes.pythonapi.PyErr_BadArgument, ctypes.c_void_p).value
 
 # Views of arrays inside of records are counted by numba, but they own no memory: nothing has to be counted.
@@ -106,9 +113,9 @@ class CallConvention(callconv.CPUCallConv):
     """An error carries a number instead of a pickled exception; the library says what it stands for."""
 
     def set_static_user_exc(self, builder, exc, exc_args=None, loc=None, func_name=None):
-        loc = loc or _line_being_lowered()
-        text = ": ".join([exc.__name__, *map(str, exc_args or ())]) if exc else "an error"
-        sentence = f"{text} ({loc.filename}, line {loc.line})" if loc else text
+        sentence = ": ".join([exc.__name__, *map(str, exc_args or ())]) if exc else "an error"
+        if config.BOUNDSCHECK and (loc := loc or _line_being_lowered()):
+            sentence = f"{sentence} ({loc.filename}, line {loc.line})"
         number = int.from_bytes(hashlib.sha256(sentence.encode()).digest()[:4], "little") + 1
         self.context.active_code_library.raised[number] = sentence
         pointer = self._get_excinfo_argument(builder.function)
@@ -166,14 +173,43 @@ class Context(CPUContext):
 def install() -> None:
     """Make this process a compiler of object code."""
     rtsys._init = True  # numba's run time is not loaded: nothing here allocates
-    cpu_target.__dict__["_toplevel_target_context"] = Context(cpu_target.typing_context, "cpu")
+    cpu_target.__dict__[_CONTEXT] = Context(cpu_target.typing_context, "cpu")
 
 
-def part_code(kernel, arguments: list, count: int, symbol: str, fault: int) -> tuple[bytes, dict[int, str]]:
+@contextmanager
+def installed():
+    """Make this process a compiler of object code for a while: afterwards kernels can be called from Python again."""
+    usual, initialised = cpu_target.__dict__.get(_CONTEXT), rtsys._init
+    _forget(lambda result: True)  # code of the usual context cannot be linked here
+    install()
+    try:
+        yield
+    finally:
+        _forget(lambda result: isinstance(result.library, Library))
+        rtsys._init = initialised
+        cpu_target.__dict__.pop(_CONTEXT)
+        if usual is not None:
+            cpu_target.__dict__[_CONTEXT] = usual
+
+
+def _forget(which):
+    """Take compiled forms out of all kernels."""
+    for found in gc.get_objects():
+        if isinstance(found, Dispatcher) and any(which(result) for result in found.overloads.values()):
+            kept = [result for result in found.overloads.values() if not which(result)]
+            found._reset_overloads()
+            found.overloads.clear()
+            for result in kept:
+                found.add_overload(result)
+
+
+def part_code(kernel, arguments: list, count: int, symbol: str, fault: int,
+              is_closed: bool) -> tuple[bytes, dict[int, str]]:
     """Object code of one part as the C function ``symbol``, and the sentences of the errors it may raise.
 
     arguments: numba's types of the kernel's arguments; count: of its inputs and outputs, each a pointer at the end of what
     numba makes of the arguments. fault: offset of the state's ``fault``, which takes `RAISED` plus the number of an error.
+    is_closed: whether libm may not be called either. Raises FlightError.
     """
     result = kernel.get_compile_result(types.void(*arguments))
     loads = "\n".join(f"  %s{i}.at = getelementptr ptr, ptr %io, i64 {i}\n  %s{i} = load ptr, ptr %s{i}.at"
@@ -181,7 +217,9 @@ def part_code(kernel, arguments: list, count: int, symbol: str, fault: int) -> t
     names = ["i64 %t_ns"] * (arguments[0] == types.int64) + ["ptr %p", "ptr %x"] + [f"ptr %s{i}" for i in range(count)]
     entry = _ENTRY.format(symbol=symbol, inner=f'"{result.fndesc.llvm_func_name}"', loads=loads, base=RAISED, fault=fault,
                           arguments=", ".join(names), types=", ".join(name.split()[0] for name in names))
-    return _emit(result.library, entry, symbol), _raised(result.library)
+    code, text = _emit(result.library, entry, symbol, MEMORY if is_closed else MEMORY | LIBM)
+    raised = _raised(result.library)
+    return code, {number: raised[number] for number in raised if str(number) in text or str(RAISED + number) in text}
 
 
 def function_code(function, signature, symbol: str) -> bytes:
@@ -199,14 +237,15 @@ define i64 @{symbol}({', '.join(names)}) {{
 }}
 declare i32 @"{result.fndesc.llvm_func_name}"({', '.join(["ptr", "ptr", *(name.split()[0] for name in names)])})
 """
-    return _emit(result.library, entry, symbol)
+    return _emit(result.library, entry, symbol, MEMORY | LIBM)[0]
 
 
 def _raised(library):
     return {number: sentence for reached in library.reached() for number, sentence in reached.raised.items()}
 
 
-def _emit(library, entry, symbol) -> bytes:
+def _emit(library, entry, symbol, may_call) -> tuple[bytes, str]:
+    """Object code, and the optimised intermediate code as text."""
     module, machine = llvm.parse_assembly(entry), target_machine()
     for reached in library.reached():
         module.link_in(reached._final_module, preserve=True)
@@ -218,7 +257,19 @@ def _emit(library, entry, symbol) -> bytes:
             value.linkage = "internal"
     module.verify()
     optimise(module, machine)
-    return machine.emit_object(module)
+    text = str(module)
+    wrong = sorted(name for name in open_symbols(module) if name not in may_call)
+    if wrong:
+        raise FlightError(_open_sentence(wrong))
+    return machine.emit_object(module), text
+
+
+def _open_sentence(names):
+    if any(name.startswith("NRT_") for name in names):
+        return "this allocates memory, which no kernel may; work arrays are made with flight_math.stack_array"
+    functions = ", ".join(name for name in names)
+    return (f"this calls {functions}, which lies outside of the machine code of a component; allowed are the functions of "
+            "flight_math")
 
 
 def optimise(module, machine) -> None:
@@ -230,6 +281,6 @@ def optimise(module, machine) -> None:
 
 
 def open_symbols(module) -> list[str]:
-    """What the code calls that is not in it."""
-    return sorted(function.name for function in module.functions
-                  if function.is_declaration and not function.name.startswith("llvm."))
+    """What the code refers to that is not in it."""
+    return sorted(value.name for value in [*module.functions, *module.global_variables]
+                  if value.is_declaration and not value.name.startswith("llvm."))

@@ -16,6 +16,7 @@ import numba
 import numpy as np
 
 from flight_graph.components.component import Component
+from flight_graph.components.kernel_rules import reached
 from flight_graph.engines import cache as store
 from flight_graph.engines import machine
 from flight_graph.engines.part_calls import parts, records
@@ -34,9 +35,13 @@ class Code:
 
 @cache
 def key(component: type[Component], part: str, check_bounds: bool = False) -> str:
-    """Fingerprint of everything that the machine code of a part depends on."""
+    """Fingerprint of everything that the machine code of a part depends on.
+
+    With checked bounds it names lines, so it depends on where the kernels stand, too.
+    """
+    places = [f"{source.path}:{source.tree.lineno}" for source in reached(component)] if check_bounds else []
     return digest(f"part {part}", fingerprint(getattr(component, part)), *map(repr, records(component, part)),
-                  f"bounds {check_bounds}")
+                  f"bounds {check_bounds}", *places)
 
 
 def digest(*texts: str) -> str:

@@ -94,6 +94,27 @@ def write_topics(folder: Path, topics: list[RecordedTopic], stamps: list, rows: 
     return read_bag(folder)
 
 
+def recorded_until(run, topics: list[RecordedTopic], again: Bag, end_ns: int, folder: Path) -> Bag:
+    """The recorded messages of topics before a time since the start of the run, as a bag of their own, in their order.
+
+    run: a `flight_graph.recordings.recorded_run.RecordedRun`; of one that did not come to its end, no later ones than
+    those that were made again.
+    """
+    last_ns = run.scenario.epoch_ns + end_ns - 1
+    if not run.complete:  # what was lost cannot be compared
+        last_ns = min(last_ns, again.end_ns)
+    with BagWriter(folder) as writer:
+        handles = {}
+        for topic in topics:
+            name = "/" + topic.topic
+            if name not in handles and name in run.bag:
+                handles[name] = writer.add_topic(name, topic.type_name, topic.role.qos)
+        for name, stamp_ns, payload in run.bag.messages(list(handles)):
+            if stamp_ns <= last_ns:
+                writer.write(handles[name], stamp_ns, payload)
+    return read_bag(folder)
+
+
 def _order_difference(recorded, again, topics):
     sides = []
     for bag in (recorded, again):

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from flight_graph.bags.writer import BagWriter
-from flight_graph.claims.claims import papers
 from flight_graph.components.component import Formatted
 from flight_graph.engines.compiled import Recording
+from flight_graph.graphs.papers import papers
 from flight_graph.graphs.scenario import Scenario
 from msg_schemas.definitions import TYPESTORE
 from msg_schemas.qos import Role

@@ -10,17 +10,15 @@ from pathlib import Path
 
 import numpy as np
 
-from flight_graph.bags.reader import read_bag
-from flight_graph.bags.writer import BagWriter
+from flight_graph.engines.choice import ENGINES
 from flight_graph.engines.single import SingleComponent
 from flight_graph.errors import FlightError, unknown
 from flight_graph.graphs import scenario as scenarios
 from flight_graph.graphs.graph import Node
 from flight_graph.graphs.scenario import Scenario
-from flight_graph.recordings.comparison import TOLERANCE, Comparison, compare, write_topics
+from flight_graph.recordings.comparison import TOLERANCE, Comparison, compare, recorded_until, write_topics
 from flight_graph.recordings.recorded_run import RecordedRun, open_recorded, shortened
 from flight_graph.recordings.recording import RecordedTopic, payloads
-from flight_graph.runs import ENGINES
 from flight_graph.timebase import SECOND
 
 
@@ -65,14 +63,17 @@ class Replay:
 
 
 def replay(path, component: str, engine: str = "compiled", settings: dict | None = None, trust: bool = False,
-           tolerance: float = TOLERANCE, progress=None) -> Replay:
+           tolerance: float = TOLERANCE, progress=None, check_bounds: bool = False, as_node=None) -> Replay:
     """Replay one component of a recorded run. Raises FlightError.
 
     settings: parameter -> value, in place of the recorded ones. engine: ``compiled``, ``python`` or ``ros`` (the real
-    node, fed over ROS topics). progress(seconds simulated) is called now and then.
+    node, fed over ROS topics by ``as_node``, see `flight_graph.runs.replay`). progress(seconds simulated) is called now
+    and then. check_bounds: with checked indices.
     """
     if engine not in ENGINES:
         raise unknown("engine", engine, ENGINES)
+    if engine == "ros" and as_node is None:
+        raise FlightError("a replay as a node is made by flight_graph.runs.replay")
     run = open_recorded(path, trust)
     if component not in run.scenario.graph.nodes:
         raise unknown("component", component, run.scenario.graph.nodes, f"bag '{path}'")
@@ -87,12 +88,12 @@ def replay(path, component: str, engine: str = "compiled", settings: dict | None
     with tempfile.TemporaryDirectory(prefix="flight_replay_") as folder:
         folder = Path(folder)
         if engine == "ros":
-            from flight_graph.ros import replay_launcher
-            again, firings, stopped = replay_launcher.run(
-                run.bag.path, shortened(scenario, end_ns), component, answers, folder, progress)
+            again, firings, stopped = as_node(
+                run.bag.path, shortened(scenario, end_ns), component, answers, folder, progress, check_bounds)
         else:
-            again, firings, stopped = _in_process(scenario, node, inputs, answers, end_ns, folder / "again", progress)
-        recorded = _until(run, answers, again, end_ns, folder / "recorded")
+            again, firings, stopped = _in_process(
+                scenario, node, inputs, answers, end_ns, folder / "again", progress, check_bounds)
+        recorded = recorded_until(run, answers, again, end_ns, folder / "recorded")
         result = compare(recorded, again, answers, {} if settings else run.changed, tolerance)
     _explain(result, run, inputs, end_ns, stopped, bool(settings))
     return Replay(component, engine, firings, result, bool(settings))
@@ -150,9 +151,9 @@ def comparable_topics(run: RecordedRun, component: str) -> list[RecordedTopic]:
     return found
 
 
-def _in_process(scenario, node, inputs, answers, end_ns, folder, progress):
+def _in_process(scenario, node, inputs, answers, end_ns, folder, progress, check_bounds):
     """Fire the component by itself at every period; return (bag of answers, firings, sentence of a stop)."""
-    machine, given, made = _machine(scenario, node)
+    machine, given, made = _machine(scenario, node, check_bounds)
     ports = {topic.port: topic for topic in reversed(answers)}
     logs = {port: topic.signal.zeros(-(-end_ns // topic.period_ns)) for port, topic in ports.items()}
     sources = [(entry, _bytes(entry.records), _bytes(given[port])[0]) for port, entry in inputs.items()]
@@ -184,7 +185,7 @@ def _bytes(records: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(records).view("u1").reshape(len(records), -1)
 
 
-def _machine(scenario: Scenario, node: Node):
+def _machine(scenario: Scenario, node: Node, check_bounds: bool):
     """The component outside of any graph, and its input and output records by port."""
     component = node.component
     parameters = component.parameters.record(node.values, node.name)
@@ -193,7 +194,7 @@ def _machine(scenario: Scenario, node: Node):
     outputs = {port: signal.new()[1] for port, signal in component.outputs.items()}
     periods = {port: node.output_period_ns(port) for port in outputs}
     machine = SingleComponent(node.name, node.use, component, parameters, component.initial_state(node.values), inputs,
-                              outputs, periods, scenario.epoch_ns)
+                              outputs, periods, scenario.epoch_ns, check_bounds)
     return machine, inputs, outputs
 
 
@@ -203,23 +204,6 @@ def _fire(machine, t_ns) -> str:
         if sentence := machine.call(part, t_ns):
             return sentence
     return ""
-
-
-def _until(run, answers, again, end_ns, folder):
-    """The recorded answers that the replay can have given again, in their order: of the same stretch of time."""
-    last_ns = run.scenario.epoch_ns + end_ns - 1
-    if not run.complete:  # what was lost cannot be compared
-        last_ns = min(last_ns, again.end_ns)
-    with BagWriter(folder) as writer:
-        handles = {}
-        for topic in answers:
-            name = "/" + topic.topic
-            if name not in handles:
-                handles[name] = writer.add_topic(name, topic.type_name, topic.role.qos)
-        for name, stamp_ns, payload in run.bag.messages(list(handles)):
-            if stamp_ns <= last_ns:
-                writer.write(handles[name], stamp_ns, payload)
-    return read_bag(folder)
 
 
 def _explain(result: Comparison, run, inputs, end_ns, stopped, open_loop):

@@ -9,19 +9,27 @@ from pathlib import Path
 import numpy as np
 
 from flight_graph.bags.reader import read_bag
+from flight_graph.engines.choice import check_engine
 from flight_graph.engines.compiled import CompiledRun, Recording
 from flight_graph.errors import FlightError, RunStopped
-from flight_graph.recordings.comparison import NOT_COMPARED, TOLERANCE, Comparison, compare, write_topics
+from flight_graph.recordings.comparison import (
+    NOT_COMPARED,
+    TOLERANCE,
+    Comparison,
+    compare,
+    recorded_until,
+    write_topics,
+)
 from flight_graph.recordings.recorded_run import RecordedRun, open_recorded, shortened
 from flight_graph.recordings.recording import payloads
-from flight_graph.runs import check_engine
 
 
 def verify(path, engine: str = "compiled", trust: bool = False, tolerance: float = TOLERANCE, progress=None,
-           compiling=None) -> Comparison:
+           compiling=None, check_bounds: bool = False, as_nodes=None) -> Comparison:
     """Run a recorded scenario again and compare all recorded topics. Raises FlightError.
 
-    engine: ``compiled``, ``python`` or ``ros`` (all nodes, in lockstep). A run that was interrupted, or recovered after a
+    engine: ``compiled``, ``python`` or ``ros`` (all nodes, in lockstep, by ``as_nodes``, see `flight_graph.runs.verify`).
+    check_bounds: with checked indices. A run that was interrupted, or recovered after a
     crash, is compared as far as its bag goes (not in ros). What a realtime run did depended on when its messages
     arrived: nothing is compared then.
     """
@@ -33,29 +41,32 @@ def verify(path, engine: str = "compiled", trust: bool = False, tolerance: float
             "not compared: the run was in realtime, so the wall clock decided which message reached whom in time; "
             "record in lockstep to have a run that can be repeated", *remarks])
     if engine == "ros":
-        result = _as_nodes(run, tolerance, progress)
+        result = _as_nodes(run, tolerance, progress, check_bounds, as_nodes)
         result.sentences += remarks
         return result
-    recording, stopped = _again(run, progress, compiling)
-    if recording is None:
+    recording, stop = _again(run, progress, compiling, check_bounds)
+    if recording is None or (stop and not stop.t_ns):
         return Comparison(NOT_COMPARED, "nothing", changed=run.changed, sentences=[
-            f"not compared: {stopped or 'the bag holds no messages'}", *remarks])
+            f"not compared: {stop or 'the bag holds no messages'}", *remarks])
     with tempfile.TemporaryDirectory(prefix="flight_verify_") as folder:
-        again = _as_bag(run, recording, Path(folder) / "again")
-        result = _compare(run, again, tolerance)
+        again = _as_bag(run, recording, Path(folder) / "again", stop.t_ns if stop else run.scenario.duration_ns)
+        bag = run.bag
+        if stop:
+            bag = recorded_until(run, run.topics(), again, stop.t_ns, Path(folder) / "recorded")
+        result = _compare(run, bag, again, tolerance)
     if not run.complete:
         what = "was recovered after a crash" if run.recovered else "was interrupted"
         remarks.append(f"the run {what}: {run.recorded_until_ns / 1e9:.9g} of {run.scenario.duration_ns / 1e9:g} s are "
                        "recorded, and these were compared")
-    if stopped:
-        remarks.append(f"run again, {stopped}")
+    if stop:
+        remarks.append(f"run again, {stop}")
     result.sentences += remarks
     return result
 
 
-def _compare(run, again, tolerance):
+def _compare(run, bag, again, tolerance):
     topics = [topic for topic in run.topics() if f"/{topic.topic}" in again]
-    result = compare(run.bag, again, topics, run.changed, tolerance)
+    result = compare(bag, again, topics, run.changed, tolerance)
     unexpected = [name for name in run.bag.topics if name not in again.topics]
     if unexpected:
         result.sentences.append(
@@ -63,43 +74,40 @@ def _compare(run, again, tolerance):
     return result
 
 
-def _as_nodes(run, tolerance, progress):
+def _as_nodes(run, tolerance, progress, check_bounds, as_nodes):
     """The comparison with a run of ROS nodes."""
-    from flight_graph.ros import launcher
+    if as_nodes is None:
+        raise FlightError("a run of nodes is verified by flight_graph.runs.verify")
     if not run.complete:
         raise FlightError(f"{run.bag.path}: the run did not come to its end; a part of a run is compared by the compiled "
                           "engine only")
     with tempfile.TemporaryDirectory(prefix="flight_verify_") as folder:
-        launcher.run(run.scenario, Path(folder) / "again", progress=progress)
-        return _compare(run, read_bag(Path(folder) / "again"), tolerance)
+        as_nodes(run.scenario, Path(folder) / "again", progress, check_bounds)
+        return _compare(run, run.bag, read_bag(Path(folder) / "again"), tolerance)
 
 
-def _again(run: RecordedRun, progress, compiling) -> tuple[Recording | None, str]:
-    """The run again, as far as the bag goes; and the sentence of a component that stopped it before."""
-    scenario = run.scenario if run.complete else None
-    if scenario is None:
+def _again(run: RecordedRun, progress, compiling, check_bounds) -> tuple[Recording | None, RunStopped | None]:
+    """The run again, as far as the bag goes; and what stopped it before."""
+    scenario = run.scenario
+    if not run.complete:
         if not run.recorded_until_ns:
-            return None, ""
+            return None, None
         scenario = shortened(run.scenario, run.recorded_until_ns)
     try:
-        return _run(scenario, progress, compiling), ""
+        return CompiledRun(scenario, check_bounds).run(progress, compiling=compiling), None
     except RunStopped as stop:
-        if stop.t_ns == 0:
-            return None, str(stop)
-        return _run(shortened(run.scenario, stop.t_ns), progress, compiling), str(stop)
+        return stop.recording, stop
 
 
-def _run(scenario, progress, compiling):
-    return CompiledRun(scenario).run(progress, compiling=compiling)
-
-
-def _as_bag(run: RecordedRun, recording, folder):
-    """The recording as a bag; of an unfinished run only the messages whose stamps were recorded."""
+def _as_bag(run: RecordedRun, recording, folder, end_ns):
+    """The recording before a time as a bag; of an unfinished run only the messages whose stamps were recorded."""
     tracks = {(track.node, track.port): track for track in recording.tracks}
     topics, stamps, rows = run.topics(), [], []
     for topic in topics:
         track = tracks[topic.node, topic.port]
-        times, written = track.stamps_ns + run.scenario.epoch_ns, payloads(topic, track.records)
+        count = int(np.searchsorted(track.stamps_ns, end_ns))
+        times = track.stamps_ns[:count] + run.scenario.epoch_ns
+        written = payloads(topic, track.records[:count])
         if not run.complete and "/" + topic.topic in run.bag:
             kept = np.flatnonzero(np.isin(times, run.bag.stamps_ns("/" + topic.topic)))
             times = times[kept]

@@ -15,10 +15,11 @@ from pathlib import Path
 import yaml
 
 from flight_graph.components.records import flat
+from flight_graph.engines import compilation
+from flight_graph.engines.choice import check_engine
 from flight_graph.errors import FlightError
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.ros import shared_memory
-from flight_graph.runs import check_engine
 from flight_graph.timebase import SECOND
 from msg_schemas.qos import WINDOW
 
@@ -36,7 +37,8 @@ class RosRun:
     outcome: dict = field(default_factory=dict)
 
 
-def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: float) -> dict[str, dict]:
+def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: float,
+                    check_bounds: bool = False) -> dict[str, dict]:
     """node name -> its ROS parameters: those of the component, and its place in the graph. Launch files use it too."""
     graph = scenario.graph
     master = _clock_master(graph)
@@ -48,7 +50,7 @@ def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: flo
     parameters = {}
     for name, node in graph.nodes.items():
         patience = timeout_s if name == master else 2.0 * timeout_s  # the clock master sees who is behind: it speaks first
-        settings = {**common, "timeout_s": float(patience), "epoch_ns": scenario.epoch_ns,
+        settings = {**common, "timeout_s": float(patience), "check_bounds": check_bounds, "epoch_ns": scenario.epoch_ns,
                     "duration_s": scenario.duration_ns / SECOND,
                     "clock_master": name == master, "wait_for": names if name == master else [""]}
         for port, edge in node.inputs.items():
@@ -79,19 +81,27 @@ def patience_s() -> float:
     return seconds
 
 
-def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float = 1.0, progress=None) -> RosRun:
+def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float = 1.0, progress=None, compiling=None,
+        check_bounds: bool = False) -> RosRun:
     """Run a scenario as ROS 2 nodes and record it into ``folder``. Raises FlightError with the first node's sentence.
 
     pace: lockstep (as fast as the graph answers) or realtime (``factor`` simulated seconds per wall second).
-    progress(seconds simulated) is called about once a simulated second. KeyboardInterrupt ends the nodes, closes the
+    progress(seconds simulated) is called about once a simulated second; compiling: see `flight_graph.engines.compilation`;
+    check_bounds: with checked indices. KeyboardInterrupt ends the nodes, closes the
     bag, and goes on to the caller.
     """
     refuse(scenario)
     timeout_s = patience_s()
+    compile_nodes(scenario.graph.nodes.values(), check_bounds, compiling)
     shared_memory.clean()
     with tempfile.TemporaryDirectory(prefix="flight_") as work:
-        specs = _specs(scenario, Path(work), Path(folder).absolute(), pace, factor, timeout_s)
+        specs = _specs(scenario, Path(work), Path(folder).absolute(), pace, factor, timeout_s, check_bounds)
         return Launch(specs, RosRun(Path(folder)), pace == "lockstep", progress).run()
+
+
+def compile_nodes(nodes, check_bounds: bool = False, compiling=None) -> None:
+    """Make the machine code of nodes before they start: no node's timeout runs meanwhile. Raises FlightError."""
+    compilation.load({node.use: node.component for node in nodes}, check_bounds, compiling)
 
 
 class Launch:
@@ -202,17 +212,17 @@ class Launch:
         return True
 
 
-def _specs(scenario, work, folder, pace, factor, timeout_s):
+def _specs(scenario, work, folder, pace, factor, timeout_s, check_bounds):
     resolved = work / "scenario.json"
     resolved.write_text(json.dumps(scenario.resolved()), encoding="utf-8", newline="\n")
     specs = []
-    for name, values in node_parameters(scenario, pace, factor, timeout_s).items():
+    for name, values in node_parameters(scenario, pace, factor, timeout_s, check_bounds).items():
         if name == RECORDER:
             values = {**values, "scenario": str(resolved), "out": str(folder)}
         path = work / f"{name}.yaml"
         path.write_text(yaml.safe_dump({f"/**/{name}": {"ros__parameters": values}}), encoding="utf-8", newline="\n")
         use = RECORDER if name == RECORDER else scenario.graph.nodes[name].use
-        specs.append({"name": name, "use": use,
+        specs.append({"name": name, "use": use, "check_bounds": check_bounds,
                       "arguments": ["--ros-args", "-r", f"__node:={name}", "--params-file", str(path)]})
     return specs
 

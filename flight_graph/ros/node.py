@@ -59,7 +59,8 @@ class ComponentNode(LifecycleNode):
         self._machine = SingleComponent(
             name, use, component, self.parameters.record, self.state,
             {port: entry.record for port, entry in self.inputs.items()},
-            {port: entry.record for port, entry in self.outputs.items()}, self.output_periods, self.settings.epoch_ns)
+            {port: entry.record for port, entry in self.outputs.items()}, self.output_periods, self.settings.epoch_ns,
+            self.settings.check_bounds)
         self._thread.start()
         if autostart:
             self.trigger_configure()

@@ -188,19 +188,6 @@ def _stamp_offset(signal) -> int:
     return 4 + next(offset for path, _, offset, _ in signal.leaves() if path.endswith("stamp.sec"))
 
 
-def main(arguments: list[str], announce=None) -> int:
-    """The executable ``recorder``: records the topics of a scenario file until they are complete or it is ended."""
-    from flight_graph.ros.environment import prepare_environment
-    if "-h" in arguments or "--help" in arguments:
-        print("recorder: records the topics of a scenario to MCAP\n\n"
-              "usage: ros2 run sim_nodes recorder --ros-args -p scenario:=cubli_asteroid -p out:=FOLDER")
-        return 0
-    prepare_environment()
-    from flight_graph.ros.entry import tell_errors
-    from flight_graph.ros.recorder_node import run_recorder
-    return run_recorder(arguments, announce or tell_errors)
-
-
 def read_scenario(text: str) -> Scenario:
     """A scenario by name or YAML file, or the resolved one of a run as a JSON file."""
     from flight_graph.graphs.scenario import load

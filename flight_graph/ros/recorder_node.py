@@ -9,9 +9,11 @@ import rclpy
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
+from flight_graph.engines.choice import pace_text
 from flight_graph.errors import FlightError
 from flight_graph.ros import recorder
-from flight_graph.runs import pace_text
+from flight_graph.ros.entry import tell_errors
+from flight_graph.ros.environment import prepare_environment
 
 
 @dataclass
@@ -79,3 +81,13 @@ def run_recorder(arguments: list[str], announce) -> int:
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
+
+
+def main(arguments: list[str], announce=None) -> int:
+    """The executable ``recorder``: records the topics of a scenario file until they are complete or it is ended."""
+    if "-h" in arguments or "--help" in arguments:
+        print("recorder: records the topics of a scenario to MCAP\n\n"
+              "usage: ros2 run sim_nodes recorder --ros-args -p scenario:=cubli_asteroid -p out:=FOLDER")
+        return 0
+    prepare_environment()
+    return run_recorder(arguments, announce or tell_errors)

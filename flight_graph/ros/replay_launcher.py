@@ -13,7 +13,7 @@ REPLAYER = "replayer"
 
 
 def run(bag_path, scenario: Scenario, component: str, answers: list, folder: Path,
-        progress=None) -> tuple[Bag, int, str]:
+        progress=None, check_bounds: bool = False) -> tuple[Bag, int, str]:
     """Replay one component of a recorded scenario over ROS topics. Raises FlightError.
 
     scenario: with changed parameters, ended where the inputs end. answers: the recorded topics to collect.
@@ -21,7 +21,7 @@ def run(bag_path, scenario: Scenario, component: str, answers: list, folder: Pat
     """
     launcher.refuse(scenario)
     timeout_s = launcher.patience_s()
-    values = launcher.node_parameters(scenario, "lockstep", 1.0, timeout_s)[component]
+    values = launcher.node_parameters(scenario, "lockstep", 1.0, timeout_s, check_bounds)[component]
     plain = {topic.port for topic in answers if topic.formatted is None}
     node = scenario.graph.nodes[component]
     values |= {"graph.clock_master": False, "graph.wait_for": [""],
@@ -29,6 +29,7 @@ def run(bag_path, scenario: Scenario, component: str, answers: list, folder: Pat
     out = folder / "again"
     settings = {"bag": str(Path(bag_path).absolute()), "component": component, "end_ns": scenario.duration_ns,
                 "window_ns": values["graph.window_ns"], "timeout_s": timeout_s, "out": str(out)}
+    launcher.compile_nodes([node], check_bounds)
     with tempfile.TemporaryDirectory(prefix="flight_") as work:
         specs = [_spec(Path(work), component, node.use, values), _spec(Path(work), REPLAYER, REPLAYER, settings)]
         result = launcher.Launch(specs, launcher.RosRun(out), True, progress).run()

@@ -43,6 +43,7 @@ class Settings:
     stale_after_s: float  # realtime: a command older than this becomes zero
     supervised: bool  # tell the clock master how far this node has come
     linger: bool  # stay after the end until told to stop, so that nothing on its way is lost
+    check_bounds: bool = False  # an index beyond an array's end stops the node
     sources: dict[str, Source] = field(default_factory=dict)
     subscribers: dict[str, int] = field(default_factory=dict)
 
@@ -78,6 +79,7 @@ def declare(node, component) -> Settings:
         stale_after_s=float(get("stale_after_s", 0.5, "realtime: age at which a command becomes zero [s]")),
         supervised=bool(get("supervised", False, "tell the clock master how far this node has come")),
         linger=bool(get("linger", False, "stay after the end until told to stop")),
+        check_bounds=bool(get("check_bounds", False, "whether an index beyond an array's end stops the node")),
     )
     settings.wait_for = [other for other in settings.wait_for if other]
     if settings.factor <= 0:

@@ -60,13 +60,13 @@ def _import_once(specs):
     from flight_graph.ros.environment import prepare_environment
     prepare_environment()
     from flight_graph.components import registry
-    from flight_graph.engines import compilation
+    from flight_graph.engines import parts
     from flight_graph.ros import entry, lockstep, node, ports, realtime, recorder, recorder_node, tracer  # noqa: F401
     types = {"rosgraph_msgs/msg/Clock"}
     for spec in specs:
         if spec["use"] not in PROGRAMS:
             component = registry.component(spec["use"])
-            compilation.load({spec["use"]: component})  # once, here: no node's timeout runs meanwhile
+            parts.load(component, spec.get("check_bounds", False))  # once, here; compiled before the launch
             types |= {signal_.type_name for signal_ in [*component.inputs.values(), *component.outputs.values()]}
     for type_name in types:
         metaclass = type(ports.message_class(type_name))

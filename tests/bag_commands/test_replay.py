@@ -10,7 +10,7 @@ from flight_graph.bags.reader import read_bag
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.graphs.scenario import load
 from flight_graph.recordings.recording import RunBag, open_run, payloads
-from flight_graph.replays.replay import replay
+from flight_graph.runs import replay
 from tests.bag_commands.conftest import recorded
 from tests.ros.processes import flight as process
 

@@ -14,7 +14,7 @@ from flight_graph.engines.compiled import CompiledRun
 from flight_graph.graphs.scenario import load
 from flight_graph.recordings import recorded_run
 from flight_graph.recordings.recording import RunBag, payloads, versions, write_recording
-from flight_graph.replays.verify import verify
+from flight_graph.runs import verify
 from msg_schemas.qos import Role
 from msg_schemas.signal import Quantity, named_vector
 from tests.bag_commands.conftest import recorded

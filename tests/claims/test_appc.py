@@ -8,8 +8,8 @@ import re
 import pytest
 import yaml
 
-from flight_graph.claims.claim_runs import RunEntry, run_all
 from flight_graph.claims import claims
+from flight_graph.claims.claim_runs import RunEntry, run_all
 
 pytestmark = pytest.mark.xdist_group("claims of appc")  # the rows are computed once
 

@@ -13,8 +13,7 @@ import pytest
 from flight_graph.errors import FlightError
 from flight_graph.graphs import scenario
 from flight_graph.recordings.recorded_run import open_recorded
-from flight_graph.replays.replay import replay
-from flight_graph.replays.verify import verify
+from flight_graph.runs import replay, verify
 
 FOLDER = Path(__file__).resolve().parents[2] / "bags"
 BAGS = sorted(path.parent for path in FOLDER.glob("*/metadata.yaml"))
