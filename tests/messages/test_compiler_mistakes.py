@@ -30,3 +30,16 @@ def test_one_sentence(tmp_path, monkeypatch, mistake):
     finally:
         sys.modules.pop("my_law", None)
     judge(mistake, f"{error.value}\n")
+
+
+def test_the_compilers_own_words_are_there_when_asked_for(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("FLIGHT_DEBUG", "1")
+    write(tmp_path, MISTAKES[0])
+    try:
+        component = registry.component("my_law.py:Law")
+        with pytest.raises(FlightError), translated(component, "kernel"):
+            compile_kernel(component)
+    finally:
+        sys.modules.pop("my_law", None)
+    assert "Unknown attribute 'foo' of type float64" in capsys.readouterr().err
