@@ -151,7 +151,7 @@ class _Worker:
                        "NUMBA_DISABLE_JIT": "0"}
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", "flight_graph.engines.compiler"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-            text=True, env=environment)
+            encoding="utf-8", env=environment)
         threading.Thread(target=self._feed, daemon=True).start()
 
     def _feed(self):
