@@ -8,7 +8,8 @@ import math
 import numpy as np
 
 from flight_graph.errors import FlightError
-from lander_ros.constraints import clearance, view_cosine
+from flight_math import Quaternion, Vec3
+from lander_ros.constraints import clearance, view_angle, view_cosine
 
 
 def require_vehicle(p, where: str = "lander") -> None:
@@ -32,23 +33,14 @@ def require_vehicle(p, where: str = "lander") -> None:
 
 def start_margins(p, r, q) -> tuple[float, float]:
     """Clearance d [m] and view margin [rad] (half angle less the angle between -z_B and the site) at a pose r^D, q."""
-    d = clearance(
-        np.asarray(r, dtype=float),
-        p.funnel_alpha,
-        p.funnel_beta,
-        p.funnel_gamma,
-        p.funnel_rho_0,
-        p.funnel_z_0,
-        np.zeros(3),
-    )
-    c = view_cosine(np.asarray(r, dtype=float), np.asarray(q, dtype=float))
-    return float(d), float(p.view_half_angle - math.acos(min(max(c, -1.0), 1.0)))
+    r, q = Vec3(*r), Quaternion(*q)
+    return float(clearance(p, r)), float(p.view_half_angle - view_angle(view_cosine(r, q)))
 
 
 def require_start(p, r, q, where: str = "lander.start") -> None:
     """Refuse a start inside the keep-out funnel or, beyond r_off, without the site in view; says the margins."""
     d, margin = start_margins(p, r, q)
-    distance = math.sqrt(float(sum(np.asarray(r, dtype=float) ** 2)))
+    distance = math.hypot(*r)
     faults = []
     if not d > 0.0:
         faults.append("is inside the keep-out funnel")
