@@ -8,22 +8,15 @@ standard deviations are per sample and axis; 0 switches a source off.
 import math
 
 from flight_graph.components.component import Component
-from flight_graph.components.records import Array, Parameters, State, Vec3, field
-from flight_graph.kernel import kernel
-from flight_graph.noise import gaussian
+from flight_graph.components.records import Parameters, field
 from flight_graph.timebase import SECOND
-from lander_ros.landing_controller import take_odometry
+from flight_math import Vec3, acos, clip, dot, gaussian, kernel, norm, normalised, quaternion, rotate_back, where
+from lander_ros.landing_controller import pose_and_motor
 from lander_ros.navigation_filter import spin_quaternion
-from lander_ros.rotation import multiply, to_body
 from msg_schemas import lander
-from sim_nodes.sensors import (
-    ACCELEROMETER_DRAW,
-    ImuState,
-    gyro_sample,
-    noise_vector,
-    star_tracker_sample,
-    start_imu,
-)
+from sim_nodes.sensors.inertial import ImuState, accelerometer, gyro, start_imu, write_imu
+from sim_nodes.sensors.star_tracker import measured_attitude
+from sim_nodes.sensors.white_noise import white_noise
 
 SPIN = (0.0, 0.0002570616125008937, 0.00020878277451562036)  # [rad/s] w_D of the reference site
 
@@ -39,14 +32,8 @@ class ImuParameters(Parameters):
 
 @kernel
 def sample_imu(t_ns, p, x, truth, imu):
-    for i in range(3):
-        imu.linear_acceleration[i] = truth.specific_force[i] + p.accelerometer_bias[i]
-        imu.angular_velocity_covariance[4 * i] = p.gyro_sigma * p.gyro_sigma
-        imu.linear_acceleration_covariance[4 * i] = p.accelerometer_sigma * p.accelerometer_sigma
-    noise_vector(p.seed, t_ns, ACCELEROMETER_DRAW, p.accelerometer_sigma, imu.linear_acceleration)
-    gyro_sample(p.seed, t_ns, truth.inertial_rates, p.gyro_sigma, p.gyro_walk_sigma, x.bias, imu.angular_velocity)
-    imu.orientation[3] = 1.0
-    imu.orientation_covariance[0] = -1.0  # [-] sensor_msgs/Imu: no orientation is measured
+    force = accelerometer(t_ns, p, truth.specific_force + p.accelerometer_bias)
+    write_imu(p, gyro(t_ns, p, x, truth.inertial_rates), force, imu)
 
 
 class Imu(Component):
@@ -64,26 +51,16 @@ class StarTrackerParameters(Parameters):
     seed: int = field(0, ge=0, doc="noise stream")
 
 
-class StarTrackerState(State):
-    attitude: Array(4)
-    site: Array(4)
-    inertial: Array(4)
-    work: Array(2, 4)
-
-
 @kernel
 def sample_star_tracker(t_ns, p, x, truth, measured):
-    spin_quaternion(p.site_spin, t_ns / SECOND, x.site)
-    for i in range(4):
-        x.attitude[i] = truth.attitude[i]
-    multiply(x.site, x.attitude, x.inertial)
-    star_tracker_sample(p.seed, t_ns, x.inertial, p.sigma, measured.quaternion, x.work)
+    site = spin_quaternion(p.site_spin, t_ns / SECOND)
+    measured.quaternion = measured_attitude(t_ns, p, site * truth.attitude)
 
 
 class StarTracker(Component):
     """Star tracker of the lander: attitude to the inertial frame that equals the site's at the epoch."""
 
-    parameters, state = StarTrackerParameters, StarTrackerState
+    parameters = StarTrackerParameters
     inputs, outputs = {"truth": lander.TRUTH}, {"measured": lander.STAR_TRACKER}
     rate_hz = 5.0
     kernel = sample_star_tracker
@@ -105,43 +82,33 @@ class SiteCameraParameters(SiteSensorParameters):
     sigma: float = field(1e-3, unit="rad", ge=0, doc="noise of the direction about each axis across it")
 
 
-class SiteSensorState(State):
-    mark: Vec3
-    attitude: Array(4)
-    first: Vec3
-    second: Vec3
-
-
 @kernel
-def find_mark(depth, x, truth):
-    """Vector from B to the mark, in B, to ``x.mark`` [m]; returns its length and the angle from -z_B."""
-    for i in range(4):
-        x.attitude[i] = truth.attitude[i]
-    position = truth.site_position
-    x.mark[0], x.mark[1], x.mark[2] = to_body(x.attitude, -position[0], -position[1], -position[2] - depth)
-    distance = math.sqrt(x.mark[0] * x.mark[0] + x.mark[1] * x.mark[1] + x.mark[2] * x.mark[2])
-    return distance, math.acos(min(max(-x.mark[2] / distance, -1.0), 1.0))
+def find_mark(p, truth):
+    """Distance [m] and direction of the mark, in B, and whether it is in the field of view."""
+    below = Vec3(0.0, 0.0, p.mark_depth)
+    to_mark = rotate_back(truth.attitude, -truth.site_position - below)
+    distance = norm(to_mark)
+    angle = acos(clip(-to_mark.z / distance, -1.0, 1.0))
+    return distance, to_mark / distance, angle <= p.field_of_view
 
 
 @kernel
 def sample_altimeter(t_ns, p, x, truth, measured):
-    distance, angle = find_mark(p.mark_depth, x, truth)
+    distance, _, in_view = find_mark(p, truth)
+    sigma = p.sigma + p.relative_sigma * distance
     measured.radiation_type = 1
     measured.field_of_view = 2.0 * p.field_of_view
     measured.max_range = p.reach
-    sigma = p.sigma + p.relative_sigma * distance
     measured.variance = sigma * sigma
-    measured.range = distance
-    if sigma > 0.0:
-        measured.range = distance + sigma * gaussian(p.seed, t_ns, 0)
-    if angle > p.field_of_view or distance > p.reach:
-        measured.range = -math.inf  # sensor_msgs/Range: no detection within reach is +-inf (REP 117)
+    noise = sigma * gaussian(p.seed, t_ns, 0) if sigma > 0.0 else 0.0
+    # sensor_msgs/Range: no detection within reach is +-inf (REP 117)
+    measured.range = distance + noise if in_view and distance <= p.reach else -math.inf
 
 
 class Altimeter(Component):
     """Ranging altimeter of the lander, steered to the mark by the site camera."""
 
-    parameters, state = AltimeterParameters, SiteSensorState
+    parameters = AltimeterParameters
     inputs, outputs = {"truth": lander.TRUTH}, {"measured": lander.ALTIMETER}
     rate_hz = 5.0
     kernel = sample_altimeter
@@ -149,27 +116,17 @@ class Altimeter(Component):
 
 @kernel
 def sample_camera(t_ns, p, x, truth, measured):
-    distance, angle = find_mark(p.mark_depth, x, truth)
-    for i in range(3):
-        x.first[i] = x.mark[i] / distance
+    _, direction, in_view = find_mark(p, truth)
     if p.sigma > 0.0:
-        # noise across the direction: n - u (u . n)
-        for i in range(3):
-            x.second[i] = p.sigma * gaussian(p.seed, t_ns, i)
-        along = x.first[0] * x.second[0] + x.first[1] * x.second[1] + x.first[2] * x.second[2]
-        for i in range(3):
-            x.first[i] += x.second[i] - along * x.first[i]
-        norm = math.sqrt(x.first[0] * x.first[0] + x.first[1] * x.first[1] + x.first[2] * x.first[2])
-        for i in range(3):
-            x.first[i] /= norm
-    for i in range(3):
-        measured.vector[i] = x.first[i] if angle <= p.field_of_view else 0.0
+        noise = white_noise(p.seed, t_ns, 0, p.sigma)
+        direction = normalised(direction + noise - dot(direction, noise) * direction)  # noise across the direction
+    measured.vector = where(in_view, direction, Vec3(0.0, 0.0, 0.0))
 
 
 class SiteCamera(Component):
     """Site camera of the lander, after image processing: the direction of the mark, in B."""
 
-    parameters, state = SiteCameraParameters, SiteSensorState
+    parameters = SiteCameraParameters
     inputs, outputs = {"truth": lander.TRUTH}, {"measured": lander.SITE_LOS}
     rate_hz = 5.0
     kernel = sample_camera
@@ -184,52 +141,28 @@ class NoisyNavigationParameters(Parameters):
     seed: int = field(0, ge=0, doc="noise stream")
 
 
-class NoisyNavigationState(State):
-    position: Vec3
-    orientation: Array(4)
-    alpha: Vec3
-    rate: Vec3
-    turned: Array(4)
-    turn: Array(4)
-
-
 @kernel
 def add_noise(t_ns, p, x, truth, odometry):
     """True odometry plus white noise; the two parts of the position's noise are of one draw."""
-    take_odometry(x, truth)
-    distance = math.sqrt(x.position[0] * x.position[0] + x.position[1] * x.position[1]
-                         + x.position[2] * x.position[2])
-    sigma = p.position_sigma + p.position_relative_sigma * distance
-    noise_vector(p.seed, t_ns, 0, sigma, x.position)
-    noise_vector(p.seed, t_ns, 3, p.velocity_sigma, x.alpha)
-    noise_vector(p.seed, t_ns, 6, p.rate_sigma, x.rate)
-    for i in range(4):
-        x.turned[i] = x.orientation[i]
-    if p.attitude_sigma > 0.0:
-        for i in range(3):
-            x.turn[i] = 0.5 * p.attitude_sigma * gaussian(p.seed, t_ns, 9 + i)
-        x.turn[3] = 1.0
-        multiply(x.orientation, x.turn, x.turned)
-        norm = math.sqrt(x.turned[0] * x.turned[0] + x.turned[1] * x.turned[1] + x.turned[2] * x.turned[2]
-                         + x.turned[3] * x.turned[3])
-        for i in range(4):
-            x.turned[i] /= norm
+    r, q, motor = pose_and_motor(truth)
+    sigma = p.position_sigma + p.position_relative_sigma * norm(r)
+    turn = white_noise(p.seed, t_ns, 9, p.attitude_sigma)
+    pose, twist = odometry.pose, odometry.twist
+    pose.pose.position = r + white_noise(p.seed, t_ns, 0, sigma)
+    pose.pose.orientation = normalised(q * quaternion(0.5 * turn, 1.0)) if p.attitude_sigma > 0.0 else q
+    twist.twist.linear = motor.dual + white_noise(p.seed, t_ns, 3, p.velocity_sigma)
+    twist.twist.angular = motor.real + white_noise(p.seed, t_ns, 6, p.rate_sigma)
     for i in range(3):
-        odometry.pose.pose.position[i] = x.position[i]
-        odometry.twist.twist.linear[i] = x.alpha[i]
-        odometry.twist.twist.angular[i] = x.rate[i]
-        odometry.pose.covariance[7 * i] = sigma * sigma
-        odometry.pose.covariance[21 + 7 * i] = p.attitude_sigma * p.attitude_sigma
-        odometry.twist.covariance[7 * i] = p.velocity_sigma * p.velocity_sigma
-        odometry.twist.covariance[21 + 7 * i] = p.rate_sigma * p.rate_sigma
-    for i in range(4):
-        odometry.pose.pose.orientation[i] = x.turned[i]
+        pose.covariance[7 * i] = sigma * sigma
+        pose.covariance[21 + 7 * i] = p.attitude_sigma * p.attitude_sigma
+        twist.covariance[7 * i] = p.velocity_sigma * p.velocity_sigma
+        twist.covariance[21 + 7 * i] = p.rate_sigma * p.rate_sigma
 
 
 class NoisyNavigation(Component):
     """Stand-in for navigation: the true pose and motor with white noise in every sample."""
 
-    parameters, state = NoisyNavigationParameters, NoisyNavigationState
+    parameters = NoisyNavigationParameters
     inputs, outputs = {"truth": lander.TRUTH_ODOMETRY}, {"odometry": lander.ODOMETRY}
     rate_hz = 10.0
     kernel = add_noise
