@@ -16,7 +16,7 @@ def require_vehicle(p, where: str = "lander") -> None:
     """Refuse a mass that is not positive, or an inertia that is not that of a rigid body."""
     if not p.mass > 0.0:
         raise FlightError(f"{where}.mass: {p.mass} kg is not allowed; it must be > 0 kg")
-    inertia = np.asarray(p.inertia, dtype=float)
+    inertia = np.reshape(np.asarray(p.inertia, dtype=float), (3, 3))
     if not np.allclose(inertia, inertia.T, rtol=1e-9, atol=0.0):
         raise FlightError(f"{where}.inertia: {inertia.tolist()} kg m^2 is not symmetric")
     moments = np.linalg.eigvalsh(inertia)
@@ -75,7 +75,7 @@ def gain_warnings(p, gravity_norm: float, control_period: float = 0.0, speed: fl
             f"{math.sqrt(p.terrain_gain / p.force_limit):.2f} m), less than the {energy:.1f} J at "
             f"{max(cruise, speed):.2f} m/s: raise terrain_gain or lower the speed"
         )
-    for axis, moment in zip("xyz", np.diag(np.asarray(p.inertia)), strict=True):
+    for axis, moment in zip("xyz", np.diag(np.reshape(np.asarray(p.inertia), (3, 3))), strict=True):
         limit = 2.0 * moment / p.angular_damping
         if control_period >= limit:
             warnings.append(
