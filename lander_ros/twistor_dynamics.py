@@ -15,12 +15,6 @@ from lander_ros.twistor_kinematics import twistor_rate
 
 
 @kernel
-def dual_cross(a, b):
-    """Cross product of dual vectors."""
-    return DualVector(cross(a.real, b.real), cross(a.real, b.dual) + cross(a.dual, b.real))
-
-
-@kernel
 def dual_inertia(p, a):
     """M a = m a_dual + eps J a_real of a dual vector; p: mass, inertia."""
     return DualVector(p.mass * a.dual, p.inertia @ a.real)
@@ -42,5 +36,5 @@ def twistor_state_rate(p, inertia_inverse, twistor, motor, wrench, gravity):
     site = site_motor(p, r, q)
     total = motor + site
     weight = rotate_back(q, p.mass * gravity)
-    f = wrench - dual_cross(total, dual_inertia(p, total)) + dual_inertia(p, dual_cross(motor, site))
+    f = wrench - cross(total, dual_inertia(p, total)) + dual_inertia(p, cross(motor, site))
     return twistor_rate(twistor, motor), DualVector(inertia_inverse @ f.dual, (f.real + weight) / p.mass)

@@ -7,24 +7,23 @@ compile). In continuous time (``hold_steps`` = 0) the law is evaluated in every 
 """
 
 import math
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
 from flight_graph.errors import FlightError
-from flight_math import DualVector, Vec3, kernel, largest, maximum, norm
+from flight_math import DualVector, Vec3, kernel, largest, maximum, norm, rk4
 from lander_ros.constraints import clearance, view_angle, view_cosine
 from sim_nodes.lander.dynamics import (
     Motion,
     Truth,
-    after,
     hold_step,
     motor,
     rate_under,
     site_gravity,
     touched_down,
     unit_attitude,
-    weighted,
 )
 
 
@@ -87,78 +86,74 @@ def command(law, law_p, truth, motion, gravity_scale):
 
 
 @kernel
-def continuous_step(law, law_p, truth, motion, plan):
-    """The motion a step later with the law in every stage; mean |f|/m [m/s^2] and mean |tau| [N m] over the step."""
-    dt, scale = plan.dt, plan.gravity_scale
-    f_1, _, g_1 = command(law, law_p, truth, motion, scale)
-    k_1 = rate_under(truth, truth, motion, g_1, f_1, 0.0)
-    m_2 = after(motion, k_1, 0.5 * dt)
-    f_2, _, g_2 = command(law, law_p, truth, m_2, scale)
-    k_2 = rate_under(truth, truth, m_2, g_2, f_2, 0.0)
-    m_3 = after(motion, k_2, 0.5 * dt)
-    f_3, _, g_3 = command(law, law_p, truth, m_3, scale)
-    k_3 = rate_under(truth, truth, m_3, g_3, f_3, 0.0)
-    m_4 = after(motion, k_3, dt)
-    f_4, _, g_4 = command(law, law_p, truth, m_4, scale)
-    k_4 = rate_under(truth, truth, m_4, g_4, f_4, 0.0)
-    thrust = (norm(f_1.real) + 2.0 * norm(f_2.real) + 2.0 * norm(f_3.real) + norm(f_4.real)) / (6.0 * motion.mass)
-    torque = (norm(f_1.dual) + 2.0 * norm(f_2.dual) + 2.0 * norm(f_3.dual) + norm(f_4.dual)) / 6.0
-    return unit_attitude(after(motion, weighted(k_1, k_2, k_3, k_4), dt / 6.0)), thrust, torque
-
-
-@kernel
-def descend(law, law_p, truth, watch, plan, motion, history):
-    """Fly from a motion until contact or for plan.steps; returns a `Descent` and the motion at its end.
-
-    Row k of ``history`` (rows, 20) is the motion at step k * every (r, v, q, w, mass), then force and torque there;
-    rows beyond are left.
-    """
-    d_min, d_min_time, d_min_all, view_max = math.inf, 0.0, math.inf, 0.0
-    d_bad, view_bad, delta_v, torque_impulse = 0, 0, 0.0, 0.0
-    peak_force, peak_torque, speed_max, saturated, clipped = Vec3(0.0, 0.0, 0.0), Vec3(0.0, 0.0, 0.0), 0.0, 0, 0
-    wrench = DualVector(Vec3(0.0, 0.0, 0.0), Vec3(0.0, 0.0, 0.0))
-    landed, end = False, plan.steps
-    for step in range(plan.steps + 1):
-        d, angle = watched(watch, motion.position, motion.attitude)
-        distance = norm(motion.position)
-        if distance > watch.clearance_range and d < d_min:
-            d_min, d_min_time = d, step * plan.dt
-        d_min_all = min(d_min_all, d)
-        if distance > watch.view_range:
-            view_max = max(view_max, angle)
-        speed_max = max(speed_max, norm(motion.velocity))
-        if plan.hold_steps == 0 or step % plan.hold_steps == 0:
-            wrench, clipped, _ = command(law, law_p, truth, motion, plan.gravity_scale)
-        if step % plan.every == 0 and step // plan.every < history.shape[0]:
-            write_row(history[step // plan.every], motion, wrench)
-        if touched_down(watch, motion.position):
-            landed, end = True, step
-            break
-        if step == plan.steps:
-            break
-        d_bad += d < 0.0
-        view_bad += angle > watch.view_half_angle and distance > watch.view_range
-        saturated += clipped > 0
-        peak_force, peak_torque = maximum(peak_force, abs(wrench.real)), maximum(peak_torque, abs(wrench.dual))
-        if plan.hold_steps == 0:
-            motion, thrust, torque = continuous_step(law, law_p, truth, motion, plan)
-        else:
-            thrust, torque = norm(wrench.real) / motion.mass, norm(wrench.dual)
-            gravity = site_gravity(truth, truth, motion.position)
-            motion = hold_step(truth, truth, motion, gravity, wrench, 0.0, plan.dt)
-        delta_v += plan.dt * thrust
-        torque_impulse += plan.dt * torque
-    return Descent(landed, end * plan.dt, d_min, d_min_time, d_min_all, view_max, d_bad * plan.dt, view_bad * plan.dt,
-                   delta_v, torque_impulse, largest(peak_force), largest(peak_torque), speed_max,
-                   saturated * plan.dt), motion
-
-
-@kernel
 def write_row(row, motion, wrench):
     """A row of the history."""
     row[0:3], row[3:6], row[6:10] = motion.position, motion.velocity, motion.attitude
     row[10:13], row[13] = motion.rates, motion.mass
     row[14:17], row[17:20] = wrench.real, wrench.dual
+
+
+@cache
+def descent(law):
+    """The kernel that flies a law."""
+
+    @kernel
+    def flight_rate(given, t, state):
+        """Rates of the motion, of the velocity increment and of the torque impulse, with the law in the loop."""
+        law_p, truth, gravity_scale = given
+        motion, _, _ = state
+        wrench, _, gravity = command(law, law_p, truth, motion, gravity_scale)
+        rate = rate_under(truth, truth, motion, gravity, wrench, 0.0)
+        return rate, norm(wrench.real) / motion.mass, norm(wrench.dual)
+
+    @kernel
+    def descend(law_p, truth, watch, plan, motion, history):
+        """Fly from a motion until contact or for plan.steps; returns a `Descent` and the motion at its end.
+
+        Row k of ``history`` (rows, 20) is the motion at step k * every (r, v, q, w, mass), then force and torque there;
+        rows beyond are left.
+        """
+        d_min, d_min_time, d_min_all, view_max = math.inf, 0.0, math.inf, 0.0
+        d_bad, view_bad, delta_v, torque_impulse = 0, 0, 0.0, 0.0
+        peak_force, peak_torque, speed_max, saturated, clipped = Vec3(0.0, 0.0, 0.0), Vec3(0.0, 0.0, 0.0), 0.0, 0, 0
+        wrench = DualVector(Vec3(0.0, 0.0, 0.0), Vec3(0.0, 0.0, 0.0))
+        landed, end = False, plan.steps
+        for step in range(plan.steps + 1):
+            d, angle = watched(watch, motion.position, motion.attitude)
+            distance = norm(motion.position)
+            if distance > watch.clearance_range and d < d_min:
+                d_min, d_min_time = d, step * plan.dt
+            d_min_all = min(d_min_all, d)
+            if distance > watch.view_range:
+                view_max = max(view_max, angle)
+            speed_max = max(speed_max, norm(motion.velocity))
+            if plan.hold_steps == 0 or step % plan.hold_steps == 0:
+                wrench, clipped, _ = command(law, law_p, truth, motion, plan.gravity_scale)
+            if step % plan.every == 0 and step // plan.every < history.shape[0]:
+                write_row(history[step // plan.every], motion, wrench)
+            if touched_down(watch, motion.position):
+                landed, end = True, step
+                break
+            if step == plan.steps:
+                break
+            d_bad += d < 0.0
+            view_bad += angle > watch.view_half_angle and distance > watch.view_range
+            saturated += clipped > 0
+            peak_force, peak_torque = maximum(peak_force, abs(wrench.real)), maximum(peak_torque, abs(wrench.dual))
+            if plan.hold_steps == 0:
+                given, flight = (law_p, truth, plan.gravity_scale), (motion, delta_v, torque_impulse)
+                motion, delta_v, torque_impulse = rk4(flight_rate, given, 0.0, flight, plan.dt)
+                motion = unit_attitude(motion)
+            else:
+                delta_v += plan.dt / motion.mass * norm(wrench.real)
+                torque_impulse += plan.dt * norm(wrench.dual)
+                gravity = site_gravity(truth, truth, motion.position)
+                motion = hold_step(truth, truth, motion, gravity, wrench, 0.0, plan.dt)
+        return Descent(landed, end * plan.dt, d_min, d_min_time, d_min_all, view_max, d_bad * plan.dt, view_bad * plan.dt,
+                       delta_v, torque_impulse, largest(peak_force), largest(peak_torque), speed_max,
+                       saturated * plan.dt), motion
+
+    return descend
 
 
 def fly(
@@ -185,5 +180,5 @@ def fly(
     steps = round(duration / dt)
     history = np.full((steps // every + 1, 20), math.nan)
     plan = Plan(dt, steps, hold_steps, float(gravity_scale), every)
-    outcome, end = descend(law, law_parameters, truth, watch if watch is not None else Watch(), plan, motion, history)
+    outcome, end = descent(law)(law_parameters, truth, watch if watch is not None else Watch(), plan, motion, history)
     return outcome, end, history[: int(round(outcome.time / dt)) // every + 1]

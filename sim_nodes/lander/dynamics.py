@@ -35,6 +35,7 @@ from flight_math import (
     row,
     transpose,
 )
+from flight_math.integrators import reached, summed
 from lander_ros.feed_forward import gravity_gradient_torque
 from sim_nodes.gravity.ellipsoid import ellipsoid_gravity
 
@@ -108,23 +109,6 @@ def rate_under(p, x, motion, gravity, wrench, flow):
 
 
 @kernel
-def after(motion, rate, dt):
-    """The motion dt [s] later at a constant rate."""
-    return Motion(motion.position + dt * rate.position, motion.velocity + dt * rate.velocity,
-                  motion.attitude + dt * rate.attitude, motion.rates + dt * rate.rates, motion.mass + dt * rate.mass)
-
-
-@kernel
-def weighted(k_1, k_2, k_3, k_4):
-    """k_1 + 2 k_2 + 2 k_3 + k_4 of the rates of a Runge-Kutta step's stages."""
-    return Motion(k_1.position + 2.0 * k_2.position + 2.0 * k_3.position + k_4.position,
-                  k_1.velocity + 2.0 * k_2.velocity + 2.0 * k_3.velocity + k_4.velocity,
-                  k_1.attitude + 2.0 * k_2.attitude + 2.0 * k_3.attitude + k_4.attitude,
-                  k_1.rates + 2.0 * k_2.rates + 2.0 * k_3.rates + k_4.rates,
-                  k_1.mass + 2.0 * k_2.mass + 2.0 * k_3.mass + k_4.mass)
-
-
-@kernel
 def unit_attitude(motion):
     """The motion with its quaternion scaled to norm 1."""
     return Motion(motion.position, motion.velocity, normalised(motion.attitude), motion.rates, motion.mass)
@@ -147,16 +131,17 @@ def dynamics(gravity) -> Dynamics:
 
     @kernel
     def rate(p, x, motion, wrench, flow):
+        """`rate_under` the true gravity."""
         return rate_under(p, x, motion, site_gravity(p, x, motion.position), wrench, flow)
 
     @kernel
     def hold_step(p, x, motion, gravity_here, wrench, flow, dt):
-        """The motion after one classical Runge-Kutta step of dt [s], the wrench held; gravity_here: `site_gravity`."""
+        """The motion after one Runge-Kutta step of dt [s], the wrench held; gravity_here: `site_gravity` at its begin."""
         k_1 = rate_under(p, x, motion, gravity_here, wrench, flow)
-        k_2 = rate(p, x, after(motion, k_1, 0.5 * dt), wrench, flow)
-        k_3 = rate(p, x, after(motion, k_2, 0.5 * dt), wrench, flow)
-        k_4 = rate(p, x, after(motion, k_3, dt), wrench, flow)
-        return unit_attitude(after(motion, weighted(k_1, k_2, k_3, k_4), dt / 6.0))
+        k_2 = rate(p, x, reached(motion, 0.5 * dt, k_1), wrench, flow)
+        k_3 = rate(p, x, reached(motion, 0.5 * dt, k_2), wrench, flow)
+        k_4 = rate(p, x, reached(motion, dt, k_3), wrench, flow)
+        return unit_attitude(summed(motion, dt / 6.0, k_1, k_2, k_3, k_4))
 
     return Dynamics(site_gravity, hold_step)
 

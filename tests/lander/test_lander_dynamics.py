@@ -12,7 +12,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from flight_math import DualVector, Mat3, Vec3, kernel
+from flight_math import DualVector, Mat3, Vec3, kernel, rk4
 from lander_ros.landing_law import landing_law
 from lander_ros.twistor import from_pose, pose_from_twistor, switch_to_shadow, to_pose
 from lander_ros.twistor_dynamics import twistor_state_rate
@@ -111,9 +111,12 @@ def wrench_of_law(law_p, truth, twistor, velocity):
 
 
 @kernel
-def twistor_rates(law_p, inverse, truth, twistor, velocity, wrench):
-    """dB/dt and dV/dt under a wrench and the true gravity."""
+def twistor_rates(given, t, state):
+    """dB/dt and dV/dt under the wrench that is held, or that of the law, and the true gravity."""
+    law_p, inverse, truth, held, hold = given
+    twistor, velocity = state
     r, _ = pose_from_twistor(twistor)
+    wrench = held if hold else wrench_of_law(law_p, truth, twistor, velocity)
     return twistor_state_rate(law_p, inverse, twistor, velocity, wrench, site_gravity(truth, truth, r))
 
 
@@ -123,16 +126,9 @@ def twistor_flight(law_p, inverse, truth, start, dt, steps, hold):
     twistor, velocity = start
     switches = 0
     for _ in range(steps):
-        f = wrench_of_law(law_p, truth, twistor, velocity)
-        b_1, v_1 = twistor_rates(law_p, inverse, truth, twistor, velocity, f)
-        b, v = twistor + 0.5 * dt * b_1, velocity + 0.5 * dt * v_1
-        b_2, v_2 = twistor_rates(law_p, inverse, truth, b, v, f if hold else wrench_of_law(law_p, truth, b, v))
-        b, v = twistor + 0.5 * dt * b_2, velocity + 0.5 * dt * v_2
-        b_3, v_3 = twistor_rates(law_p, inverse, truth, b, v, f if hold else wrench_of_law(law_p, truth, b, v))
-        b, v = twistor + dt * b_3, velocity + dt * v_3
-        b_4, v_4 = twistor_rates(law_p, inverse, truth, b, v, f if hold else wrench_of_law(law_p, truth, b, v))
-        twistor = twistor + dt / 6.0 * (b_1 + 2.0 * b_2 + 2.0 * b_3 + b_4)
-        velocity = velocity + dt / 6.0 * (v_1 + 2.0 * v_2 + 2.0 * v_3 + v_4)
+        held = wrench_of_law(law_p, truth, twistor, velocity)
+        given = (law_p, inverse, truth, held, hold)
+        twistor, velocity = rk4(twistor_rates, given, 0.0, (twistor, velocity), dt)
         twistor, switched = switch_to_shadow(twistor, 1.0)
         switches += switched
     return twistor, velocity, switches

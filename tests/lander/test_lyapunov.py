@@ -7,13 +7,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from flight_math import DualVector, Quaternion, Vec3, kernel
+from flight_math import DualVector, Quaternion, Vec3, kernel, rk4
 from lander_ros.landing_law import LandingLaw, landing_law, lyapunov, lyapunov_rate, lyapunov_rate_of_wrench
 from lander_ros.potential import potential, potential_gradient_twistor
 from lander_ros.twistor import from_pose
 from lander_ros.twistor_kinematics import conjugate_wrench
 from sim_nodes.lander.descent import command
-from sim_nodes.lander.dynamics import after, attitude_matrix, motor, rate_under, unit_attitude, weighted
+from sim_nodes.lander.dynamics import attitude_matrix, motor, rate_under, unit_attitude
 from sim_nodes.lander.start import approach_attitude
 from tests.lander.reference_landing import matrix, record, start_motion
 
@@ -105,6 +105,15 @@ def test_rate_holds_for_any_weights_and_under_saturation(reference, start, k_a, 
 
 
 @kernel
+def rate_with_energy(given, t, state):
+    """Rate of the motion, and of the dissipated energy."""
+    law_p, truth = given
+    motion, _ = state
+    wrench, _, gravity = command(landing_law, law_p, truth, motion, 1.0)
+    return rate_under(truth, truth, motion, gravity, wrench, 0.0), -lyapunov_rate(law_p, motor(motion))
+
+
+@kernel
 def flight_of_energy(law_p, truth, motion, dt, steps, energies):
     """Continuous descent with the dissipated energy as a state: rows of ``energies`` (steps + 1, 2) are L, int D."""
     dissipated = 0.0
@@ -112,20 +121,8 @@ def flight_of_energy(law_p, truth, motion, dt, steps, energies):
         u_t, u_r, u_1, u_2 = potential(law_p, motion.position, motion.attitude)[0]
         energies[step, 0] = lyapunov(law_p, u_t + u_r + u_1 + u_2, motor(motion))
         energies[step, 1] = dissipated
-        f_1, _, g_1 = command(landing_law, law_p, truth, motion, 1.0)
-        k_1 = rate_under(truth, truth, motion, g_1, f_1, 0.0)
-        m_2 = after(motion, k_1, 0.5 * dt)
-        f_2, _, g_2 = command(landing_law, law_p, truth, m_2, 1.0)
-        k_2 = rate_under(truth, truth, m_2, g_2, f_2, 0.0)
-        m_3 = after(motion, k_2, 0.5 * dt)
-        f_3, _, g_3 = command(landing_law, law_p, truth, m_3, 1.0)
-        k_3 = rate_under(truth, truth, m_3, g_3, f_3, 0.0)
-        m_4 = after(motion, k_3, dt)
-        f_4, _, g_4 = command(landing_law, law_p, truth, m_4, 1.0)
-        k_4 = rate_under(truth, truth, m_4, g_4, f_4, 0.0)
-        dissipated -= dt / 6.0 * (lyapunov_rate(law_p, motor(motion)) + 2.0 * lyapunov_rate(law_p, motor(m_2))
-                                  + 2.0 * lyapunov_rate(law_p, motor(m_3)) + lyapunov_rate(law_p, motor(m_4)))
-        motion = unit_attitude(after(motion, weighted(k_1, k_2, k_3, k_4), dt / 6.0))
+        motion, dissipated = rk4(rate_with_energy, (law_p, truth), 0.0, (motion, dissipated), dt)
+        motion = unit_attitude(motion)
 
 
 def test_energy_balance_of_the_nominal_descent(reference):
