@@ -13,13 +13,14 @@ The sums are those of Werner and Scheeres (Celestial Mechanics 65, 313-344, 1997
 The trace of the gradient is -G sigma sum_f omega_f: 0 outside, -4 pi G sigma inside.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from flight_graph.engines.kept import Kept
-from flight_math import Mat3, Vec3, atan2, cross, dot, kernel, log, norm, outer, vec3
+from flight_math import Mat3, Vec, Vec3, atan2, cross, dot, kernel, log, norm, outer, vec3
+
+Vec9 = Vec(9)
 
 
 class Polyhedron(NamedTuple):
@@ -103,7 +104,7 @@ def _fields(vertices, faces, strength, points, out):
     """`faces_field` at points (k, 3), into the rows of out (k, 12): g, then the gradient row by row."""
     for i in range(points.shape[0]):
         g, gradient = faces_field(vertices, faces, strength[0, 0], vec3(points[i]))
-        out[i, 0:3], out[i, 3:12] = g, gradient
+        out[i, 0:3], out[i, 3:12] = g, Vec9(gradient)
 
 
 FIELDS = Kept(f"{__name__}:FIELDS", _fields, 5)
