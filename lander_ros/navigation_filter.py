@@ -190,9 +190,9 @@ def take_attitude(p, x, correction, measured):
     """A star tracker's attitude, B to D, with noise star_tracker_sigma [rad]; returns its innovation squared."""
     error = conjugate(x.orientation) * measured
     angle = (2.0 if error.w >= 0.0 else -2.0) * vector_part(error)
-    squared = 0.0
+    nothing, squared = Vec3(0.0, 0.0, 0.0), 0.0
     for axis in range(3):
-        squared += take_scalar(p, x, correction, Vec3(0.0, 0.0, 0.0), row(identity3(), axis), angle[axis], p.star_tracker_sigma)
+        squared += take_scalar(p, x, correction, nothing, row(identity3(), axis), angle[axis], p.star_tracker_sigma)
     return squared
 
 

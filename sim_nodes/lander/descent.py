@@ -156,29 +156,19 @@ def descent(law):
     return descend
 
 
-def fly(
-    law,
-    law_parameters,
-    truth: Truth,
-    motion: Motion,
-    *,
-    watch=None,
-    dt=0.1,
-    duration=5000.0,
-    control_period=0.0,
-    gravity_scale=1.0,
-    record_period=1.0,
-) -> tuple[Descent, Motion, np.ndarray]:
-    """Fly one descent; returns the `Descent`, the motion at its end and the history (rows, 20).
-
-    dt, duration, control_period (0: continuous), record_period in s. A history row: r, v, q, w, mass, force, torque.
-    """
+def planned(dt=0.1, duration=5000.0, control_period=0.0, gravity_scale=1.0, record_period=1.0) -> Plan:
+    """The plan of a descent; dt, duration, control_period (0: continuous), record_period in s. Raises FlightError."""
     hold_steps = round(control_period / dt)
-    every = max(1, round(record_period / dt))
     if not math.isclose(hold_steps * dt, control_period, rel_tol=1e-9, abs_tol=1e-12):
         raise FlightError(f"control_period {control_period} s must be a multiple of the step dt = {dt} s")
-    steps = round(duration / dt)
-    history = np.full((steps // every + 1, 20), math.nan)
-    plan = Plan(dt, steps, hold_steps, float(gravity_scale), every)
-    outcome, end = descent(law)(law_parameters, truth, watch if watch is not None else Watch(), plan, motion, history)
-    return outcome, end, history[: int(round(outcome.time / dt)) // every + 1]
+    return Plan(dt, round(duration / dt), hold_steps, float(gravity_scale), max(1, round(record_period / dt)))
+
+
+def fly(law, law_parameters, truth: Truth, motion: Motion, plan: Plan, watch: Watch) -> tuple:
+    """Fly one descent; returns the `Descent`, the `Motion` at its end and the history, an array (rows, 20).
+
+    A history row: r, v, q, w, mass, force, torque.
+    """
+    history = np.full((plan.steps // plan.every + 1, 20), math.nan)
+    outcome, end = descent(law)(law_parameters, truth, watch, plan, motion, history)
+    return outcome, end, history[: int(round(outcome.time / plan.dt)) // plan.every + 1]

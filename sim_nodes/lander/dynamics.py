@@ -14,7 +14,6 @@ site_position, and both have what the body's gravity needs, a kernel ``gravity(p
 cached. `site_gravity` and `hold_step` are those of the ellipsoid.
 """
 
-import math
 from collections.abc import Callable
 from typing import NamedTuple
 

@@ -11,7 +11,7 @@ from lander_ros.landing_law import LandingLaw, landing_law, lyapunov
 from lander_ros.pose_pd import PosePd, pose_pd
 from lander_ros.potential import potential
 from sim_nodes.gravity.ellipsoid import EROS_LIKE_SPIN, ellipsoid_site, eros_like
-from sim_nodes.lander.descent import fly
+from sim_nodes.lander.descent import Watch, fly, planned
 from sim_nodes.lander.dynamics import Motion, Truth, motor, require_truth, site_gravity
 from sim_nodes.lander.start import approach_attitude
 
@@ -48,12 +48,11 @@ def reference_landing():
     q0 = approach_attitude(r0, math.radians(25.0), math.radians(18.0), math.radians(30.0))
     start = start_motion(r0, [0.3, -0.2, 0.1], q0, [0.2, -0.1, 0.15])
 
-    def fly_law(changes=(), **options):
-        law = record(LandingLaw, **dict(changes))
-        return fly(landing_law, law, truth, options.pop("start", start), **options)
+    def fly_law(changes=(), start=start, watch=Watch(), **times):
+        return fly(landing_law, record(LandingLaw, **dict(changes)), truth, start, planned(**times), watch)
 
-    def fly_pd(changes=(), **options):
-        return fly(pose_pd, record(PosePd, **dict(changes)), truth, start, **options)
+    def fly_pd(changes=(), **times):
+        return fly(pose_pd, record(PosePd, **dict(changes)), truth, start, planned(**times), Watch())
 
     def evaluate(motion, p=law):
         """Law, potential and model gravity at a motion, as a namespace."""
