@@ -108,7 +108,7 @@ class Value(tuple, metaclass=ValueClass):
             return cls.halves.of(half)
         if len(name) == 1 and name in cls.letters:
             return _read(tuple.__getitem__(self, cls.letters.index(name)))
-        if name.startswith("__"):
+        if name.startswith("_") or name == "py_func":  # what numba and `fingerprint` ask of any global
             raise AttributeError(name)
         return refuse(no_attribute(cls, name))
 
