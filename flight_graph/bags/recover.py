@@ -11,11 +11,11 @@ import yaml
 
 from flight_graph.bags.description import FILE_NAME, from_yaml, read_description
 from flight_graph.bags.errors import BagError
+from flight_graph.bags.file_content import map_file
 from flight_graph.bags.journal import is_live, read_journal
 from flight_graph.bags.mcap_file import LIBRARY
 from flight_graph.bags.mcap_records import Damage
 from flight_graph.bags.salvage import Salvage, salvage_file
-from flight_graph.bags.verify import map_file
 from flight_graph.bags.writer import BagWriter
 from msg_schemas.definitions import TYPESTORE, Definition, definition
 

@@ -16,7 +16,7 @@ from flight_graph.bags.mcap_records import (
     ChunkRecord,
     Damage,
     Opcode,
-    attachment_checked,
+    attachment_checksum,
     list_records,
     message_field,
     parse,
@@ -145,7 +145,7 @@ def _take_record(found, data, position):
             found.add_records(data[position:stop].tobytes(), trusted=False)
         elif opcode == Opcode.ATTACHMENT:
             record = parse(records.Attachment, content)
-            if attachment_checked(content) or content[-4:] == b"\0\0\0\0":
+            if attachment_checksum(content) is not False:
                 found.attachments.append(record)
             else:
                 found.corrupted = True
@@ -194,7 +194,7 @@ def _fits(data, position):
         if opcode == Opcode.CHUNK:
             return ChunkRecord(data, start, stop).compression in ("", "lz4", "zstd")
         if opcode == Opcode.ATTACHMENT:
-            return attachment_checked(data[start:stop].tobytes())
+            return bool(attachment_checksum(data[start:stop].tobytes()))
         parse(records.Metadata, data[start:stop].tobytes())
     except Damage:
         return False
