@@ -81,6 +81,11 @@ class Bag:
             raise unknown("topic", name, self.topics, f"bag '{self.path}'")
         return self.topics[name]
 
+    def spelled(self, name: str) -> str:
+        """A topic's name in this bag, given with or without its first slash. Raises an error that names the nearest."""
+        other = name[1:] if name.startswith("/") else f"/{name}"
+        return self.topic(name if name in self.topics or other not in self.topics else other).name
+
     def field_trees(self, topic: str) -> dict:
         """The definition of a topic's type and of all that it contains (see `flight_graph.bags.message_types`).
 

@@ -28,7 +28,7 @@ class Schedule:
         if not (rate > 0 and math.isfinite(rate)):
             raise FlightError(f"--rate {rate:g}: allowed: a number greater than 0")
         bag = read_bag(path)
-        chosen = [bag.topic(name).name for name in topics] if topics is not None else list(bag.topics)
+        chosen = [bag.spelled(name) for name in topics] if topics is not None else list(bag.topics)
         seconds = (bag.end_ns - bag.start_ns) / SECOND
         if not any(bag.topics[name].count for name in chosen):
             raise FlightError(f"bag '{path}': there is nothing to play; it holds no messages on "
