@@ -65,9 +65,10 @@ def table(bag: Bag, topic: str, units: dict | None = None) -> dict:
 
 
 def _constant_columns(bag, topic, count):
-    """Yield (name, path without indices, values) of the strings that are the same in all messages."""
+    """Yield (name, path without indices, values) of the strings, and of the empty sequences, that all messages share."""
     for name, value in bag.constants(topic).items():
-        if not isinstance(value, int):  # a length shows in the columns themselves
+        value = [] if value == 0 else value
+        if not isinstance(value, int):  # another length shows in the columns themselves
             values = np.empty(count, object)
             values[:] = [value] * count
             yield name, re.sub(r"\[\d+\]", "", name), values

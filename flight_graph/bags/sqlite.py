@@ -15,6 +15,7 @@ from mcap import records
 
 from flight_graph.bags.blocks import Block
 from flight_graph.bags.byte_kernels import MESSAGE, MESSAGE_HEAD
+from flight_graph.bags.errors import BagError
 from flight_graph.bags.file_content import unpack, unpack_message
 from flight_graph.bags.mcap_records import Damage, list_records
 from flight_graph.bags.verify import McapContents, joined_tables, message_table
@@ -25,7 +26,14 @@ _ZSTD = b"\x28\xb5\x2f\xfd"  # its first bytes
 
 
 def read_sqlite(path: Path) -> McapContents:
-    """Read and check a .db3 file. Raises Damage."""
+    """Read and check a .db3 file. Raises BagError."""
+    try:
+        return _read(path)
+    except Damage as damage:
+        raise BagError(f"'{path}' is an SQLite file, but not a sound bag of rosbag2: {damage}") from None
+
+
+def _read(path):
     contents = McapContents(library="rosbag2_storage_sqlite3")
     if path.suffix == ".zstd":
         contents.holder = tempfile.TemporaryDirectory(prefix="flight_db3_")
@@ -102,6 +110,6 @@ def _rows(database, table, needed, wished, optional=False):
     if not set(needed) <= set(there):
         if optional:
             return []
-        raise Damage(f"it is no bag of rosbag2: its table {table} is missing or has other columns")
+        raise Damage(f"its table '{table}' is missing or has other columns")
     names = ", ".join(name if name in there else f"null as {name}" for name in (*needed, *wished))
     return database.execute(f"select {names} from {table}").fetchall()

@@ -4,9 +4,8 @@ import re
 from dataclasses import dataclass, replace
 
 import numpy as np
-from yaml import YAMLError
 
-from flight_graph.bags.description import from_yaml
+from flight_graph.bags.description import qos_profiles
 
 _SHORT = re.compile(r"([a-z][a-z0-9_]*)/([A-Za-z][A-Za-z0-9_]*)")  # a type's name as ROS 1 and old recorders write it
 
@@ -37,14 +36,7 @@ class TopicInfo:
     @property
     def qos(self) -> list:
         """All offered profiles, as dictionaries of rosbag2's keys; none where the text is no list of them."""
-        found = []
-        for text in self.qos_texts:
-            try:
-                profiles = from_yaml(text) if text else []
-            except (YAMLError, ValueError, RecursionError):
-                continue
-            found += [profile for profile in profiles if isinstance(profile, dict)] if isinstance(profiles, list) else []
-        return found
+        return [profile for text in self.qos_texts for profile in qos_profiles(text)]
 
 
 def full_type_name(name: str) -> str:
