@@ -129,11 +129,11 @@ def _bytes(data, start, stop):
 
 
 def _check_ends(path, data):
-    if len(data) < 8:
-        raise Damage("the file is cut off at its beginning" if len(data) else "the file is empty")
-    if _bytes(data, 0, 8) != MAGIC:
+    if not MAGIC.startswith(_bytes(data, 0, 8)):
         refuse_other_kind(path, _bytes(data, 0, 128))
         raise Damage("its beginning is no MCAP file's")
+    if len(data) < 8:
+        raise Damage("the file is cut off at its beginning" if len(data) else "the file is empty")
     if len(data) < _SHORTEST or _bytes(data, len(data) - 8, len(data)) != MAGIC:
         raise Damage("it ends without a footer (the recorder was stopped, or the file is cut off)")
 
