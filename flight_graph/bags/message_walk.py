@@ -1,7 +1,8 @@
 """Walking over message records whose bytes no checksum covers: where the walk goes wrong, and where it can go on.
 
-A record is believed when its type is one that may stand here, its channel is declared and its time is possible. Where one
-is not, the walk goes on at the next place that begins a chain of believable records. The message in front of the break
+A record is believed when its type is one that may stand here, and its channel and time are possible (a channel whose own
+declaration was hit counts as possible when its number is near the declared ones). Where
+one is not, the walk goes on at the next place that begins a chain of believable records. The message in front of the break
 may be the one whose length is wrong: it is dropped when no other message of its channel has its size.
 """
 
@@ -14,6 +15,7 @@ from flight_graph.bags.mcap_records import Opcode, list_records, message_field
 
 IN_CHUNK = (Opcode.SCHEMA, Opcode.CHANNEL, MESSAGE)
 IN_FILE = (*IN_CHUNK, Opcode.CHUNK, Opcode.MESSAGE_INDEX, Opcode.ATTACHMENT, Opcode.METADATA, Opcode.DATA_END)
+_NEAR = 32  # channels beyond the highest declared one
 _CHAIN = 3  # records that must follow each other
 _PART = 1 << 20  # [bytes] searched in one go
 
@@ -46,7 +48,7 @@ def stretches(data: np.ndarray, channels: set):
         yield Stretch(opcodes[:count], starts[:count], stops[:count], broken)
         if not broken:
             return
-        position = next_message(data, resume, end, channels, IN_CHUNK)
+        position = next_record(data, resume, end, channels, IN_CHUNK)
 
 
 def _believable(data, opcodes, starts, stops, channels):
@@ -57,8 +59,13 @@ def _believable(data, opcodes, starts, stops, channels):
     if len(chosen):
         good[chosen] &= (message_field(data, starts[chosen], "log_time") >> np.uint64(63)) == 0
         if channels:
-            good[chosen] &= np.isin(message_field(data, starts[chosen], "channel"), list(channels))
+            good[chosen] &= message_field(data, starts[chosen], "channel") <= highest(channels)
     return good
+
+
+def highest(channels: set) -> int:
+    """The highest number of a channel that is believed."""
+    return max(channels) + _NEAR if channels else 0xFFFF
 
 
 def _note(sizes, data, opcodes, starts, stops):
@@ -76,11 +83,11 @@ def is_usual(sizes: dict, data: np.ndarray, start: int, stop: int) -> bool:
     return stop - start in sizes.get(channel, {stop - start})
 
 
-def next_message(data: np.ndarray, position: int, end: int, channels: set, allowed: tuple) -> int:
-    """The next place from ``position`` on where a message begins that others follow, or ``end``."""
+def next_record(data: np.ndarray, position: int, end: int, channels: set, allowed: tuple) -> int:
+    """The next place from ``position`` on where a message or declaration begins that others follow, or ``end``."""
     for begin in range(max(position, 0), end - RECORD_HEAD, _PART):
         part = data[begin:min(begin + _PART + 8, end)]
-        likely = (part[:-8] == MESSAGE) & (part[8:] == 0) & (part[7:-1] == 0) & (part[6:-2] == 0) & (part[5:-3] == 0)
+        likely = np.isin(part[:-8], IN_CHUNK) & (part[8:] == 0) & (part[7:-1] == 0) & (part[6:-2] == 0) & (part[5:-3] == 0)
         for candidate in np.flatnonzero(likely).tolist():
             if _chain(data, begin + candidate, end, channels, allowed):
                 return begin + candidate
@@ -97,7 +104,7 @@ def _chain(data, position, end, channels, allowed):
             return False
         if head[0] == MESSAGE:
             channel, log_time = int.from_bytes(head[9:11], "little"), int.from_bytes(head[15:23], "little")
-            if length < MESSAGE_HEAD or log_time >> 63 or channels and channel not in channels:
+            if length < MESSAGE_HEAD or log_time >> 63 or channel > highest(channels):
                 return False
         position += RECORD_HEAD + length
     return True

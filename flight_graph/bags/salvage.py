@@ -23,7 +23,7 @@ from flight_graph.bags.mcap_records import (
     message_field,
     parse,
 )
-from flight_graph.bags.message_walk import IN_FILE, next_message, stretches
+from flight_graph.bags.message_walk import IN_FILE, highest, next_record, stretches
 
 _DECLARATIONS = {Opcode.SCHEMA: records.Schema, Opcode.CHANNEL: records.Channel}
 _RESUME = (Opcode.CHUNK, Opcode.MESSAGE_INDEX, Opcode.ATTACHMENT, Opcode.METADATA, Opcode.DATA_END)
@@ -119,7 +119,7 @@ class Salvage:
         """Take a message that stands outside of chunks; whether it can be one."""
         head = data[start:start + MESSAGE_HEAD]
         channel = int.from_bytes(head[:2].tobytes(), "little")
-        if stop - start < MESSAGE_HEAD or head[13] >= 0x80 or self.channels and channel not in self.channels:
+        if stop - start < MESSAGE_HEAD or head[13] >= 0x80 or channel > highest(set(self.channels)):
             return False
         self.sizes.setdefault(channel, Counter())[stop - start] += 1
         self.last_message = start
@@ -255,13 +255,13 @@ def _fits(data, position):
 
 def _resume(found, data, position):
     """Return the next place from ``position`` on where the walk can go on, or the end of the file."""
-    place = _next_record(data, position)
-    if found.last_message is not None:
-        place = min(place, next_message(data, position, place, set(found.channels), IN_FILE))
+    place = _next_checked_record(data, position)
+    if found.last_message is not None or not found.chunks and found.library != LIBRARY:
+        place = min(place, next_record(data, position, place, set(found.channels), IN_FILE))
     return place
 
 
-def _next_record(data, position):
+def _next_checked_record(data, position):
     for begin in range(position, len(data) - 9, 1 << 20):
         part = data[begin:begin + (1 << 20) + 8]
         likely = np.flatnonzero(np.isin(part[:-8], _RESUME) & (part[8:] == 0) & (part[7:-1] == 0) & (part[6:-2] == 0))
