@@ -18,7 +18,7 @@ from numba.core.typing.templates import AbstractTemplate, infer_global, signatur
 from numba.extending import lower_builtin
 
 from flight_math.errors import refuse
-from flight_math.values.classes import Value, described, kind_name, kind_of
+from flight_math.values.classes import Value, kind_name, kind_of
 from flight_math.values.compiled_types import ValueType, kind_of_type, packed, type_name, type_of_kind, unpacked
 from flight_math.values.refusals import refuse_compiled
 
