@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import flight_math
-from flight_math import Kinds, KernelError, Quaternion, Vec3, View, identity3, kernel, plain
+from flight_math import KernelError, Kinds, Quaternion, Vec3, View, identity3, kernel, plain
 
 LAYOUT = np.dtype([("adaptive", "f8", (3,)), ("q", "f8", (4,)), ("g", "f8", (5, 4)), ("s", "f8"), ("n", [("u", "f8", (3,))])],
                   align=True)
