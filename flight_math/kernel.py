@@ -42,7 +42,7 @@ def library() -> str:
 
 
 def fingerprint(*functions) -> str:
-    """SHA-256 over the source of the kernels, of every kernel they call, of the constants they read, and of this package."""
+    """SHA-256 over the source of the kernels, of every kernel they call, the constants they read, and this package."""
     digest = hashlib.sha256(library().encode())
     seen = set()
 

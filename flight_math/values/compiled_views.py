@@ -188,7 +188,8 @@ def _set(context, builder, sig, args, name):
     _check_size(context, builder, array, count)
     stride = builder.extract_value(array.strides, given.ndim - 1)
     with cgutils.for_range(builder, context.get_constant(types.intp, count)) as loop:
-        store(builder.load(cgutils.pointer_add(builder, array.data, builder.mul(stride, loop.index))), given.dtype, loop.index)
+        pointer = cgutils.pointer_add(builder, array.data, builder.mul(stride, loop.index))
+        store(builder.load(pointer), given.dtype, loop.index)
 
 
 def _check_size(context, builder, array, count):

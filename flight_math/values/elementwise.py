@@ -103,7 +103,8 @@ def looped(context, builder, sig, args, count, call):
 
     Components that are equal to the one before, bit for bit, share its result.
     """
-    rows = {i: cgutils.alloca_once_value(builder, args[i]) for i, kind in enumerate(sig.args) if isinstance(kind, ValueType)}
+    rows = {i: cgutils.alloca_once_value(builder, args[i])
+            for i, kind in enumerate(sig.args) if isinstance(kind, ValueType)}
     parts = list(sig.return_type) if isinstance(sig.return_type, types.BaseTuple) else [sig.return_type]
     places = [cgutils.alloca_once(builder, context.get_value_type(part)) for part in parts]
     with cgutils.for_range(builder, ir.Constant(_WORD, count)) as loop:

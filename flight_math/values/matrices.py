@@ -81,7 +81,7 @@ def _solvable(m, b):
 
 @operation(_solvable, "needed are a square matrix and a vector of its size")
 def solve(m, b):
-    """x of m x = b for a symmetric positive definite m (its lower triangle counts): L D L^T, written out; for small sizes."""
+    """x of m x = b for a symmetric positive definite m, of which the lower triangle is read: L D L^T; for small sizes."""
     size = len(b)
     lower = {}
     pivots = []
