@@ -12,7 +12,7 @@ import math
 from typing import NamedTuple
 
 from flight_graph.errors import FlightError
-from flight_math import Mat3, Vec3, cross, dot, from_columns, kernel, largest, normalised, plain, sincos, total
+from flight_math import Mat3, Vec3, cross, dot, from_columns, kernel, largest, normalised, sincos, total, uncompiled
 
 SERIES_TOLERANCE = 1.5e-3  # [-] the error of Carlson's truncated series is of the order of its sixth power
 
@@ -92,15 +92,21 @@ def ellipsoid_gravity(p, place):
 
 
 @kernel
+def unit_direction(latitude, longitude):
+    """(cos cos, cos sin, sin) of two angles [rad]."""
+    sin_latitude, cos_latitude = sincos(latitude)
+    sin_longitude, cos_longitude = sincos(longitude)
+    return Vec3(cos_latitude * cos_longitude, cos_latitude * sin_longitude, sin_latitude)
+
+
+@kernel
 def ellipsoid_site(p):
     """Place rho [m] in A and R_AD (D -> A, columns x, y, z) of a landing-site frame D over an ellipsoid.
 
     p: semi_axes [m]; site_latitude, site_longitude [rad], the parametric angles of the surface point (a cos cos,
     b cos sin, c sin); D stands site_height [m] above it on the outward normal z_D.
     """
-    sin_latitude, cos_latitude = sincos(p.site_latitude)
-    sin_longitude, cos_longitude = sincos(p.site_longitude)
-    unit = Vec3(cos_latitude * cos_longitude, cos_latitude * sin_longitude, sin_latitude)
+    unit = unit_direction(p.site_latitude, p.site_longitude)
     up = normalised(unit / p.semi_axes)
     return p.semi_axes * unit + p.site_height * up, frame_on(up)
 
@@ -123,14 +129,14 @@ def checked_ellipsoid_site(p) -> tuple[Vec3, Mat3]:
             f"latitude must lie between -pi/2 and pi/2 rad (no east at a pole) and longitude be finite, "
             f"got {p.site_latitude} and {p.site_longitude} rad"
         )
-    return plain(ellipsoid_site)(p)
+    return uncompiled(ellipsoid_site)(p)
 
 
 def site_frame(normal) -> Mat3:
     """R_AD of a site with the outward ``normal`` (any length). Raises FlightError along the spin axis."""
     if normal.x == 0.0 and normal.y == 0.0:
         raise FlightError("the landing site's normal is along the spin axis: east is not defined there")
-    return plain(frame_on)(normalised(normal))
+    return uncompiled(frame_on)(normalised(normal))
 
 
 def require_outside(semi_axes, place) -> None:

@@ -11,7 +11,7 @@ from flight_graph.components.component import Component, Formatted
 from flight_graph.components.records import field
 from flight_graph.errors import FlightError
 from flight_graph.timebase import SECOND
-from flight_math import DualVector, Mat3, Quaternion, Vec3, atan2, kernel, largest, norm, plain, transpose, vector_part
+from flight_math import DualVector, Mat3, Quaternion, Vec3, atan2, kernel, largest, norm, transpose, uncompiled, vector_part
 from lander_ros.feed_forward import site_in_landing_frame
 from lander_ros.landing_checks import require_vehicle
 from lander_ros.twistor import unit_quaternion
@@ -259,7 +259,7 @@ class LanderPlant(Component):
             position, rotation = checked_ellipsoid_site(p)
         except FlightError as error:
             raise FlightError(f"{where}.site_height: {error}") from None
-        return position, rotation, plain(ellipsoid_gravity)(p, position)
+        return position, rotation, uncompiled(ellipsoid_gravity)(p, position)
 
     @classmethod
     def check(cls, values, where):
