@@ -3,8 +3,8 @@
     /**/controller:
       ros__parameters: {lambda_a: 0.03, rate_hz: 50.0}
 
-A section's name is matched as rcl does it: ``*`` stands for one part of a node's full name, ``**`` for any number of them. A
-node is meant by its name in the scenario or by the executable that it is; a section that names no namespace means it in any.
+A section's name is matched as rcl does it: ``*`` stands for one part of a node's full name, ``**`` for any number of them.
+A node is meant by its name in the scenario or by the executable that it is; a section without a namespace means it in any.
 A section of wildcards alone sets each parameter where there is one of that name.
 """
 
@@ -41,8 +41,8 @@ def overrides(path: Path, components: dict[str, dict], folder: Path | None = Non
                 raise unknown("parameter", key, everywhere, f"--params {path}: {section}")
             found.update({f"{name}.{key}": value for name in having})
     if not found:
-        raise FlightError(f"--params {path}: none of its sections ({', '.join(sections)}) means a component of this scenario "
-                          f"({', '.join(components)})")
+        raise FlightError(f"--params {path}: none of its sections ({', '.join(sections)}) means a component of this "
+                          f"scenario ({', '.join(components)})")
     return found, remarks
 
 
