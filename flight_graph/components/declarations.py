@@ -1,5 +1,6 @@
 """What a component's class declares, checked when the class is made: ports, records, parts, rates, faults."""
 
+import difflib
 import inspect
 import pkgutil
 import sys
@@ -59,7 +60,7 @@ def _held_by(value) -> tuple:
 def _check_ports(cls, declaration):
     ports = getattr(cls, declaration)
     if not isinstance(ports, dict):
-        refuse(cls, declaration, f"{ports!r} is not allowed; allowed: {{'port': SIGNAL, ...}}")
+        refuse(cls, declaration, f"a {type(ports).__name__} is not allowed; allowed: {{'port': SIGNAL, ...}}")
     for port, signal in ports.items():
         if not isinstance(port, str) or not port.isidentifier():
             refuse(cls, declaration, f"{port!r} is no name of a port; allowed: letters, digits and underscores")
@@ -78,9 +79,8 @@ def _not_a_signal(value):
     topic = value.lstrip("/")
     if topic in known:
         return f"the text {value!r}; a port takes a Signal: {known[topic]}"
-    hint = nearest(topic, known, "")
-    near = [f"{known[name]} carries '{name}'" for name in known if f"'{name}'" in hint][:2]
-    return f"the text {value!r}; {'; '.join([example, *near])}"
+    near = difflib.get_close_matches(topic, known, 1)
+    return f"the text {value!r}; " + (f"a port takes a Signal: {known[near[0]]} carries '{near[0]}'" if near else example)
 
 
 def _signals():
@@ -111,7 +111,7 @@ def _check_parts(cls):
         function = getattr(cls, part)
         if function is not None and not callable(function):
             meant = f"; did you mean '{part}s'?" if part == "output" else ""
-            refuse(cls, part, f"{function!r} is no function{meant or '; it takes a function under @kernel'}")
+            refuse(cls, part, f"a {type(function).__name__} is no function{meant or '; it takes a function under @kernel'}")
     if cls.kernel is not None and (cls.output is not None or cls.update is not None):
         refuse(cls, "kernel", "a component has either a kernel, or an output and an update (a plant); this one has both")
     if cls.kernel is None and cls.output is None and cls.update is None:

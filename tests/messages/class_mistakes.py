@@ -26,7 +26,7 @@ FILE = [
              "did you mean 'GAINS'"),
     declared("kernel that is called", LAST, "    kernel = law()\n", "TypeError"),
     declared("exception at the top of the file", "LIST = [1.0, 2.0, 3.0]", "LIST = GAINS[4]", "IndexError"),
-    declared("signal that is not there", "cubli.ATTITUDE}", "cubli.ATITUDE}", "AttributeError", "ATITUDE"),
+    declared("signal that is not there", "cubli.ATTITUDE}", "cubli.ATITUDE}", "msg_schemas.cubli has no 'ATITUDE'", "did you mean 'ATTITUDE'"),
 ]
 RECORDS = [
     declared("reserved name", "    count: int\n", "    size: int\n", "this name is reserved", "take another name",
