@@ -13,9 +13,9 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from flight_graph.compiled import CompiledRun
-from flight_graph.recording import write_recording
-from flight_graph.scenario import Scenario, available, load
+from flight_graph.engines.compiled import CompiledRun
+from flight_graph.recordings.recording import write_recording
+from flight_graph.graphs.scenario import Scenario, available, load
 
 from flight_graph.errors import FlightError
 

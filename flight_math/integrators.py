@@ -2,8 +2,8 @@
 
     x.angles, x.rates = rk4(slope, held, t, (x.angles, x.rates), h)
 
-``slope(given, t, state)`` is a kernel that returns the rate of the state, in the state's form: a number, a value, or a tuple
-(a NamedTuple) of those. ``given`` is whatever it needs besides: the parameters' view, held torques, a tuple of both.
+``slope(given, t, state)`` is a kernel that returns the rate of the state, in the state's form: a number, a value, or a
+tuple (a NamedTuple) of those. ``given`` is whatever it needs besides: the parameters' view, held torques, a tuple of both.
 """
 
 from numba import types

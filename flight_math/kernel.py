@@ -42,7 +42,7 @@ def library() -> str:
 
 
 def fingerprint(*functions) -> str:
-    """SHA-256 over the source of the kernels, of every kernel they call, of the constants they read, and of this package."""
+    """SHA-256 over the source of the kernels, of every kernel they call, the constants they read, and this package."""
     digest = hashlib.sha256(library().encode())
     seen = set()
 
@@ -59,14 +59,14 @@ def fingerprint(*functions) -> str:
             consider(name, cell.cell_contents, names)
 
     def consider(name, value, names):
-        if hasattr(value, "py_func") or (inspect.isfunction(value) and numba.config.DISABLE_JIT):
+        if isinstance(value, (bool, int, float, str, tuple, np.generic)) or _is_class(value):
+            digest.update(f"{name}={value!r}".encode())
+        elif hasattr(value, "py_func") or (inspect.isfunction(value) and numba.config.DISABLE_JIT):
             visit(value)
         elif inspect.ismodule(value):
             for attribute in sorted(names & set(vars(value))):
                 if not inspect.ismodule(vars(value)[attribute]):
                     consider(f"{name}.{attribute}", vars(value)[attribute], names)
-        elif isinstance(value, (bool, int, float, str, tuple, np.generic)) or _is_class(value):
-            digest.update(f"{name}={value!r}".encode())
         elif isinstance(value, np.ndarray):
             digest.update(name.encode() + value.tobytes())
 

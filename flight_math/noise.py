@@ -13,6 +13,7 @@ import math
 
 import numpy as np
 
+from flight_math.elementary import cos, log
 from flight_math.kernel import kernel
 
 GOLDEN_GAMMA = np.uint64(0x9E3779B97F4A7C15)  # [-] 2^64 / golden ratio, odd
@@ -69,5 +70,5 @@ def unit_interval(word):
 def gaussian(key, tick, index):
     """Standard normal variate (mean 0, variance 1): Box-Muller on the draw's word and on its successor's mix."""
     word = bits(key, tick, index)
-    radius = math.sqrt(-2.0 * math.log(unit_interval(word)))
-    return radius * math.cos(TWO_PI * unit_interval(mix(word + GOLDEN_GAMMA)))
+    radius = math.sqrt(-2.0 * log(unit_interval(word)))
+    return radius * cos(TWO_PI * unit_interval(mix(word + GOLDEN_GAMMA)))

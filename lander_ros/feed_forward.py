@@ -2,18 +2,15 @@
 
   f_ff = -m g^B + m zeta x eta,  tau_ff = -tau_gg + zeta x J zeta,  zeta = R^T w_D,  eta = R^T [w_D x (rho_D + r)]
 
-from -F_g + V_DI x M V_DI in the dual form of Zhang and Cai, Nonlinear Dynamics 100, 2427-2448 (2020), Appendix B; the
-numbers are ours. Gravity is a vector of the flight software's model, not the truth. D: landing-site frame; B: body.
+that is F_ff = f_ff + eps tau_ff = -F_g + V_DI x M V_DI in the dual form of Zhang and Cai, Nonlinear Dynamics 100,
+2427-2448 (2020), Appendix B; the numbers are ours. Gravity is a vector of the flight software's model, not the truth.
+D: landing-site frame; B: body.
 """
 
 import math
 
-import numpy as np
-
-from flight_graph.components.records import Array, Parameters, Vec3, field
-from flight_graph.kernel import kernel
-from flight_graph.vectors import cross, matrix_vector
-from lander_ros.rotation import to_body
+from flight_graph.components.records import Parameters, field
+from flight_math import DualVector, Mat3, Vec3, clip, count, cross, dot, kernel, rotate_back, row, transpose
 
 REFERENCE = "reference scenario (ours)"
 
@@ -22,7 +19,7 @@ class LanderModel(Parameters):
     """The vehicle and the landing site as the flight software believes them to be."""
 
     mass: float = field(500.0, unit="kg", gt=0, source=REFERENCE, doc="m")
-    inertia: Array(3, 3) = field(
+    inertia: Mat3 = field(
         [[120.0, 2.0, -3.0], [2.0, 100.0, 1.5], [-3.0, 1.5, 140.0]], unit="kg m^2", source=REFERENCE, doc="J, in B"
     )
     site_position: Vec3 = field(
@@ -44,48 +41,37 @@ class LanderModel(Parameters):
     torque_limit: float = field(10.0, unit="N m", gt=0, source=REFERENCE, doc="clip of the torque per body axis")
 
 
-def site_in_landing_frame(rotation, position, spin) -> tuple[np.ndarray, np.ndarray]:
+def site_in_landing_frame(rotation, position, spin) -> tuple[Vec3, Vec3]:
     """rho_D [m] and w_D [rad/s], both in D, of a goal pose in the body-fixed frame A.
 
-    rotation (3, 3) is R_AD (D -> A, columns x_D, y_D, z_D), position (3,) [m] in A, spin [rad/s] about z_A.
+    rotation: Mat3, R_AD (D -> A, columns x_D, y_D, z_D); position: Vec3 [m] in A; spin [rad/s] about z_A.
     """
-    rotation = np.asarray(rotation, dtype=float)
-    position = np.asarray(position, dtype=float)
-    return np.array([float(sum(rotation[:, i] * position)) for i in range(3)]), spin * rotation[2, :]
+    return transpose(rotation) @ position, spin * row(rotation, 2)
 
 
 @kernel
 def feed_forward(p, r, q, gravity):
-    """f_ff [N] and tau_ff [N m], six numbers in B, at the pose r^D, q, for the model's gravity g^D (3,) [m/s^2]."""
-    ax, ay, az = p.site_position[0] + r[0], p.site_position[1] + r[1], p.site_position[2] + r[2]
-    vx, vy, vz = cross(p.site_spin[0], p.site_spin[1], p.site_spin[2], ax, ay, az)
-    cx, cy, cz = cross(p.site_spin[0], p.site_spin[1], p.site_spin[2], vx, vy, vz)
+    """F_ff = f_ff [N] + eps tau_ff [N m] in B, at the pose r^D, q, for the model's gravity g^D [m/s^2]."""
+    place = p.site_position + r
+    zeta = rotate_back(q, p.site_spin)
     # m zeta x eta = R^T m w_D x (w_D x (rho_D + r))
-    fx, fy, fz = to_body(
-        q, p.mass * (cx - gravity[0]), p.mass * (cy - gravity[1]), p.mass * (cz - gravity[2])
-    )
-    wx, wy, wz = to_body(q, p.site_spin[0], p.site_spin[1], p.site_spin[2])
-    hx, hy, hz = matrix_vector(p.inertia, wx, wy, wz)
-    tx, ty, tz = cross(wx, wy, wz, hx, hy, hz)
+    force = rotate_back(q, p.mass * (cross(p.site_spin, cross(p.site_spin, place)) - gravity))
+    torque = cross(zeta, p.inertia @ zeta)
     if p.gravity_gradient_mu > 0.0:
-        bx, by, bz = to_body(q, ax, ay, az)
-        hx, hy, hz = matrix_vector(p.inertia, bx, by, bz)
-        gx, gy, gz = cross(bx, by, bz, hx, hy, hz)
-        distance_squared = ax * ax + ay * ay + az * az
-        scale = 3.0 * p.gravity_gradient_mu / (distance_squared * distance_squared * math.sqrt(distance_squared))
-        tx, ty, tz = tx - scale * gx, ty - scale * gy, tz - scale * gz
-    return fx, fy, fz, tx, ty, tz
+        torque = torque - gravity_gradient_torque(p.gravity_gradient_mu, p.inertia, rotate_back(q, place))
+    return DualVector(force, torque)
 
 
 @kernel
-def clip_wrench(force, torque, force_limit, torque_limit):
-    """Clip force and torque (3,) per axis, in place; returns how many axes were clipped."""
-    clipped = 0
-    for i in range(3):
-        limited = min(max(force[i], -force_limit), force_limit)
-        clipped += limited != force[i]
-        force[i] = limited
-        limited = min(max(torque[i], -torque_limit), torque_limit)
-        clipped += limited != torque[i]
-        torque[i] = limited
-    return clipped
+def gravity_gradient_torque(mu, inertia, place):
+    """tau_gg = (3 mu/R^5) x^B x J x^B [N m] of a central field, x^B [m] from the body's centre, in B."""
+    squared = dot(place, place)
+    return 3.0 * mu / (squared * squared * math.sqrt(squared)) * cross(place, inertia @ place)
+
+
+@kernel
+def clip_wrench(p, wrench):
+    """A wrench F = f + eps tau clipped per axis to force_limit and torque_limit, and how many axes were clipped."""
+    force = clip(wrench.real, -p.force_limit, p.force_limit)
+    torque = clip(wrench.dual, -p.torque_limit, p.torque_limit)
+    return DualVector(force, torque), count(force != wrench.real) + count(torque != wrench.dual)

@@ -8,14 +8,15 @@ import math
 import numpy as np
 
 from flight_graph.errors import FlightError
-from lander_ros.constraints import clearance, view_cosine
+from flight_math import Quaternion, Vec3
+from lander_ros.constraints import clearance, view_angle, view_cosine
 
 
 def require_vehicle(p, where: str = "lander") -> None:
     """Refuse a mass that is not positive, or an inertia that is not that of a rigid body."""
     if not p.mass > 0.0:
         raise FlightError(f"{where}.mass: {p.mass} kg is not allowed; it must be > 0 kg")
-    inertia = np.asarray(p.inertia, dtype=float)
+    inertia = np.reshape(np.asarray(p.inertia, dtype=float), (3, 3))
     if not np.allclose(inertia, inertia.T, rtol=1e-9, atol=0.0):
         raise FlightError(f"{where}.inertia: {inertia.tolist()} kg m^2 is not symmetric")
     moments = np.linalg.eigvalsh(inertia)
@@ -32,23 +33,14 @@ def require_vehicle(p, where: str = "lander") -> None:
 
 def start_margins(p, r, q) -> tuple[float, float]:
     """Clearance d [m] and view margin [rad] (half angle less the angle between -z_B and the site) at a pose r^D, q."""
-    d = clearance(
-        np.asarray(r, dtype=float),
-        p.funnel_alpha,
-        p.funnel_beta,
-        p.funnel_gamma,
-        p.funnel_rho_0,
-        p.funnel_z_0,
-        np.zeros(3),
-    )
-    c = view_cosine(np.asarray(r, dtype=float), np.asarray(q, dtype=float))
-    return float(d), float(p.view_half_angle - math.acos(min(max(c, -1.0), 1.0)))
+    r, q = Vec3(*r), Quaternion(*q)
+    return float(clearance(p, r)), float(p.view_half_angle - view_angle(view_cosine(r, q)))
 
 
 def require_start(p, r, q, where: str = "lander.start") -> None:
     """Refuse a start inside the keep-out funnel or, beyond r_off, without the site in view; says the margins."""
     d, margin = start_margins(p, r, q)
-    distance = math.sqrt(float(sum(np.asarray(r, dtype=float) ** 2)))
+    distance = math.hypot(*r)
     faults = []
     if not d > 0.0:
         faults.append("is inside the keep-out funnel")
@@ -83,7 +75,7 @@ def gain_warnings(p, gravity_norm: float, control_period: float = 0.0, speed: fl
             f"{math.sqrt(p.terrain_gain / p.force_limit):.2f} m), less than the {energy:.1f} J at "
             f"{max(cruise, speed):.2f} m/s: raise terrain_gain or lower the speed"
         )
-    for axis, moment in zip("xyz", np.diag(np.asarray(p.inertia)), strict=True):
+    for axis, moment in zip("xyz", np.diag(np.reshape(np.asarray(p.inertia), (3, 3))), strict=True):
         limit = 2.0 * moment / p.angular_damping
         if control_period >= limit:
             warnings.append(

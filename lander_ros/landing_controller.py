@@ -7,15 +7,19 @@ import math
 from types import SimpleNamespace
 
 from flight_graph.components.component import Component
-from flight_graph.components.records import Array, State, Vec3, field
-from flight_graph.kernel import kernel
+from flight_graph.components.records import State, field
+from flight_math import DualVector, Vec, Vec3, cos, kernel, norm
+from lander_ros.constraints import view_angle
+from lander_ros.feed_forward import clip_wrench, feed_forward
 from lander_ros.landing_checks import gain_warnings, require_vehicle
-from lander_ros.landing_law import LandingLaw, landing_law, lyapunov, lyapunov_rate, lyapunov_rate_of_wrench
+from lander_ros.landing_law import LandingLaw, landing_wrench, lyapunov, lyapunov_rate, lyapunov_rate_of_wrench
 from lander_ros.potential import potential
-from lander_ros.twistor import twistor_from_pose
+from lander_ros.twistor import eight_numbers, twistor_from_pose
 from msg_schemas import lander
 
 KEEP_OUT, OUT_OF_VIEW = 1, 2
+DEGREES = 180.0 / math.pi  # in a radian
+Vec4, Vec6 = Vec(4), Vec(6)
 
 
 class LandingControllerParameters(LandingLaw):
@@ -23,23 +27,10 @@ class LandingControllerParameters(LandingLaw):
     site_gravity: float = field(5.03e-3, unit="m/s^2", ge=0, doc="|g| at the site, for the warnings on gains only")
 
 
-class PoseState(State):
-    """Pose (B to D), velocity and rates in B, gravity in D, scratch, and the wrench in B."""
+class LandingControllerState(State):
+    """begun: a first pose has come, with the clearance and the view that a refusal names; time with an axis clipped."""
 
-    position: Vec3
-    orientation: Array(4)
-    alpha: Vec3
-    rate: Vec3
-    gravity: Vec3
-    work: Array(3, 3)
-    gradient: Array(6)
-    force: Vec3
-    torque: Vec3
-
-
-class LandingControllerState(PoseState):
     begun: bool
-    twistor: Array(8)
     clearance: float
     view_deg: float
     view_limit_deg: float
@@ -48,93 +39,68 @@ class LandingControllerState(PoseState):
 
 
 @kernel
-def take_odometry(x, odometry):
-    """Copy pose and motor into the state; tells whether there is an estimate."""
-    if odometry.header.stamp.sec == 0 or odometry.pose.covariance[0] < 0.0:
-        return False
-    for i in range(3):
-        x.position[i] = odometry.pose.pose.position[i]
-        x.alpha[i] = odometry.twist.twist.linear[i]
-        x.rate[i] = odometry.twist.twist.angular[i]
-    for i in range(4):
-        x.orientation[i] = odometry.pose.pose.orientation[i]
-    return True
+def is_estimate(odometry):
+    """Whether an odometry holds an estimate."""
+    return odometry.header.stamp.sec != 0 and odometry.pose.covariance[0] >= 0.0
 
 
 @kernel
-def control(t_ns, p, x, odometry, gravity, command, constraints, twistor):
+def pose_and_motor(odometry):
+    """r^D [m], q (B -> D) and V = w + eps alpha of an odometry."""
+    pose, twist = odometry.pose.pose, odometry.twist.twist
+    return pose.position, pose.orientation, DualVector(twist.angular, twist.linear)
+
+
+@kernel
+def control(t_ns, p, x, inputs, outputs):
     """Odometry -> force [N] and torque [N m] in B; zero until there is an estimate."""
-    if not take_odometry(x, odometry):
-        for i in range(3):
-            command.wrench.force[i] = 0.0
-            command.wrench.torque[i] = 0.0
+    command, constraints = outputs.command.wrench, outputs.constraints
+    if not is_estimate(inputs.odometry):
+        command.force = Vec3(0.0, 0.0, 0.0)
+        command.torque = Vec3(0.0, 0.0, 0.0)
         return
-    for i in range(3):
-        x.gravity[i] = gravity.accel.linear[i]
-    u_t, u_r, u_1, u_2, d, c = potential(p, x.position, x.orientation, x.work, x.gradient)
+    r, q, motor = pose_and_motor(inputs.odometry)
+    terms, d, c, gradient = potential(p, r, q)
     if not x.begun:
         x.begun = True
-        require_start(p, x, d, c)
-    clipped = landing_law(p, x.position, x.orientation, x.alpha, x.rate, x.gravity, x.work, x.gradient, x.force,
-                          x.torque)
-    if clipped > 0:
-        x.saturated_for += p.period
-        x.saturated += p.period
-    else:
-        x.saturated_for = 0.0
-    for i in range(3):
-        command.wrench.force[i] = x.force[i]
-        command.wrench.torque[i] = x.torque[i]
-    constraints.clearance = d
-    constraints.view_cosine = c
-    constraints.view_angle = math.acos(min(max(c, -1.0), 1.0))
-    constraints.potential_terms[0] = u_t
-    constraints.potential_terms[1] = u_r
-    constraints.potential_terms[2] = u_1
-    constraints.potential_terms[3] = u_2
-    constraints.potential = u_t + u_r + u_1 + u_2
+        require_start(p, x, norm(r), d, c)
+    forward = feed_forward(p, r, q, inputs.gravity.accel.linear)
+    wrench, clipped = clip_wrench(p, landing_wrench(p, motor, gradient, forward))
+    x.saturated_for = x.saturated_for + p.period if clipped > 0 else 0.0
+    x.saturated = x.saturated + p.period if clipped > 0 else x.saturated
+    command.force, command.torque = wrench.real, wrench.dual
+    constraints.clearance, constraints.view_cosine, constraints.view_angle = d, c, view_angle(c)
+    report_energy(p, terms, motor, gradient, wrench - forward, constraints)
     constraints.saturated_axes = float(clipped)
-    report(p, x, constraints, twistor)
+    constraints.saturated_for, constraints.saturated = x.saturated_for, x.saturated
+    twistor = twistor_from_pose(r, q)
+    constraints.twistor_norm = norm(twistor.real)
+    constraints.shadow = 1.0 if q.w < 0.0 else 0.0
+    constraints.distance = norm(r)
+    outputs.twistor.twistor, outputs.twistor.motor = eight_numbers(twistor), eight_numbers(motor)
 
 
 @kernel
-def require_start(p, x, d, c):
+def require_start(p, x, distance, d, c):
     """Set the fault of a first pose that breaks a constraint."""
-    distance = math.sqrt(x.position[0] * x.position[0] + x.position[1] * x.position[1]
-                         + x.position[2] * x.position[2])
-    x.clearance = d
-    x.view_deg = math.degrees(math.acos(min(max(c, -1.0), 1.0)))
-    x.view_limit_deg = math.degrees(p.view_half_angle)
-    if not p.refuse_unsafe_start:
-        return
-    if distance > p.view_cutoff_radius and not c > math.cos(p.view_half_angle):
+    x.clearance, x.view_deg, x.view_limit_deg = d, DEGREES * view_angle(c), DEGREES * p.view_half_angle
+    if p.refuse_unsafe_start and distance > p.view_cutoff_radius and not c > cos(p.view_half_angle):
         x.fault = OUT_OF_VIEW
-    if not d > 0.0:
+    if p.refuse_unsafe_start and not d > 0.0:
         x.fault = KEEP_OUT
 
 
 @kernel
-def report(p, x, constraints, twistor):
-    """Lyapunov function and its rate, twistor and motor, of the pose and wrench in x."""
-    constraints.lyapunov = lyapunov(p, constraints.potential, x.alpha, x.rate)
-    constraints.lyapunov_rate = lyapunov_rate_of_wrench(
-        p, x.position, x.orientation, x.alpha, x.rate, x.gravity, x.gradient, x.force, x.torque)
-    constraints.lyapunov_rate_formula = lyapunov_rate(p, x.alpha, x.rate)
-    for i in range(6):
-        constraints.gradient[i] = x.gradient[i]
-    constraints.saturated_for = x.saturated_for
-    constraints.saturated = x.saturated
-    twistor_from_pose(x.position, x.orientation, x.twistor)
-    constraints.twistor_norm = math.sqrt(
-        x.twistor[0] * x.twistor[0] + x.twistor[1] * x.twistor[1] + x.twistor[2] * x.twistor[2])
-    constraints.shadow = 1.0 if x.orientation[3] < 0.0 else 0.0
-    constraints.distance = math.sqrt(x.position[0] * x.position[0] + x.position[1] * x.position[1]
-                                     + x.position[2] * x.position[2])
-    for i in range(8):
-        twistor.twistor[i] = x.twistor[i]
-    for i in range(3):
-        twistor.motor[i] = x.rate[i]
-        twistor.motor[4 + i] = x.alpha[i]
+def report_energy(p, terms, motor, gradient, excess, constraints):
+    """Potential, its gradient, the Lyapunov function and its rate under the wrench F = F_ff + excess."""
+    u_t, u_r, u_1, u_2 = terms
+    constraints.potential = u_t + u_r + u_1 + u_2
+    constraints.potential_terms = Vec4(u_t, u_r, u_1, u_2)
+    constraints.lyapunov = lyapunov(p, constraints.potential, motor)
+    constraints.lyapunov_rate = lyapunov_rate_of_wrench(p, motor, gradient, excess)
+    constraints.lyapunov_rate_formula = lyapunov_rate(p, motor)
+    by_turn, by_place = gradient.real, gradient.dual
+    constraints.gradient = Vec6(by_turn.x, by_turn.y, by_turn.z, by_place.x, by_place.y, by_place.z)
 
 
 class LandingController(Component):

@@ -11,14 +11,14 @@ V1' + V2' = 0 (Appendix B), which holds for any weights P, Q. The law itself is 
 
 zeta + eps eta = V_DI^B: the landing site's own motion, zeta = R^T w_D, eta = R^T [w_D x (rho_D + r)]. Coriolis and
 gyroscopic terms are not cancelled: they do no work (Appendix B). Each axis of force and torque is clipped.
-Units SI; D: landing-site frame, z_D outward normal; B: body; all inputs in D or B as named; quaternions x, y, z, w.
+Units SI; D: landing-site frame, z_D outward normal; B: body. In dual form, all in B: motor V = w + eps alpha, wrench
+F = f + eps tau, gradient G = G_w + eps G_a, so a wrench's real part goes with the dual part of motor and gradient.
 """
 
 import math
 
 from flight_graph.components.records import field
-from flight_graph.kernel import kernel
-from flight_graph.vectors import matrix_vector
+from flight_math import DualVector, dot, kernel
 from lander_ros.feed_forward import LanderModel, clip_wrench, feed_forward
 from lander_ros.potential import potential
 
@@ -26,7 +26,7 @@ OURS = "reconstruction; not printed in the paper"
 
 
 class LandingLaw(LanderModel):
-    """Parameters of `landing_law`; `LandingLaw.record({...}).view(numpy.recarray)[0]` is what the kernel takes."""
+    """Parameters of `landing_law`."""
 
     pull_gain: float = field(1.0, unit="N/m", gt=0, source=OURS, doc="k_t, stiffness of the pull near the goal")
     pull_radius: float = field(35.0, unit="m", gt=0, source=OURS, doc="delta; the pull never exceeds k_t delta")
@@ -53,53 +53,43 @@ class LandingLaw(LanderModel):
 
 
 @kernel
-def landing_law(p, r, q, alpha, w, gravity, work, gradient, force, torque):
-    """Force (3,) [N] and torque (3,) [N m] in B, after the clip; returns how many of the six axes are clipped.
-
-    p: `LandingLaw` or a record with its fields. r (3,) r^D [m]; q (4,) x, y, z, w (B -> D); alpha (3,) [m/s] is
-    R^T dr^D/dt; w (3,) w_BD^B [rad/s]; gravity (3,) [m/s^2] the model's g^D at r. ``work`` is (3, 3); ``gradient`` (6,)
-    receives (G_w, G_a).
-    """
-    potential(p, r, q, work, gradient)
-    fx, fy, fz, tx, ty, tz = feed_forward(p, r, q, gravity)
-    force[0] = fx - gradient[3] / p.force_weight - p.linear_damping * alpha[0]
-    force[1] = fy - gradient[4] / p.force_weight - p.linear_damping * alpha[1]
-    force[2] = fz - gradient[5] / p.force_weight - p.linear_damping * alpha[2]
-    torque[0] = tx - gradient[0] / p.torque_weight - p.angular_damping * w[0]
-    torque[1] = ty - gradient[1] / p.torque_weight - p.angular_damping * w[1]
-    torque[2] = tz - gradient[2] / p.torque_weight - p.angular_damping * w[2]
-    return clip_wrench(force, torque, p.force_limit, p.torque_limit)
+def landing_wrench(p, motor, gradient, forward):
+    """F [N, N m] before the clip, of the gradient G of the potential and the feed-forward F_ff."""
+    force = forward.real - gradient.dual / p.force_weight - p.linear_damping * motor.dual
+    torque = forward.dual - gradient.real / p.torque_weight - p.angular_damping * motor.real
+    return DualVector(force, torque)
 
 
 @kernel
-def lyapunov(p, potential_energy, alpha, w):
+def landing_law(p, r, q, motor, gravity):
+    """The wrench after the clip, and how many of its six axes are clipped.
+
+    p: `LandingLaw` or a record with its fields; r^D [m]; q (B -> D); motor V; gravity: the model's g^D [m/s^2] at r.
+    """
+    _, _, _, gradient = potential(p, r, q)
+    return clip_wrench(p, landing_wrench(p, motor, gradient, feed_forward(p, r, q, gravity)))
+
+
+@kernel
+def lyapunov(p, potential_energy, motor):
     """L [J] = U + (1/2) k_a m |alpha|^2 + (1/2) k_w w^T J w, for U [J]."""
-    hx, hy, hz = matrix_vector(p.inertia, w[0], w[1], w[2])
-    linear = alpha[0] * alpha[0] + alpha[1] * alpha[1] + alpha[2] * alpha[2]
-    angular = w[0] * hx + w[1] * hy + w[2] * hz
+    w, alpha = motor.real, motor.dual
+    linear, angular = dot(alpha, alpha), dot(w, p.inertia @ w)
     return potential_energy + 0.5 * p.force_weight * p.mass * linear + 0.5 * p.torque_weight * angular
 
 
 @kernel
-def lyapunov_rate(p, alpha, w):
+def lyapunov_rate(p, motor):
     """dL/dt [W] of the unsaturated loop: -k_a D_v |alpha|^2 - k_w D_w |w|^2."""
-    linear = alpha[0] * alpha[0] + alpha[1] * alpha[1] + alpha[2] * alpha[2]
-    angular = w[0] * w[0] + w[1] * w[1] + w[2] * w[2]
-    return -p.force_weight * p.linear_damping * linear - p.torque_weight * p.angular_damping * angular
+    w, alpha = motor.real, motor.dual
+    return -p.force_weight * p.linear_damping * dot(alpha, alpha) - p.torque_weight * p.angular_damping * dot(w, w)
 
 
 @kernel
-def lyapunov_rate_of_wrench(p, r, q, alpha, w, gravity, gradient, force, torque):
-    """dL/dt [W] under a given wrench, clipped or held: (k_a (f - f_ff) + G_a).alpha + (k_w (tau - tau_ff) + G_w).w.
+def lyapunov_rate_of_wrench(p, motor, gradient, excess):
+    """dL/dt [W] under any wrench, clipped or held: (k_a (f - f_ff) + G_a).alpha + (k_w (tau - tau_ff) + G_w).w.
 
-    ``gradient`` (6,) is (G_w, G_a) at the pose; exact as long as the model's gravity is the truth's.
+    ``excess`` is F - F_ff; exact as long as the model's gravity is the truth's.
     """
-    fx, fy, fz, tx, ty, tz = feed_forward(p, r, q, gravity)
-    return (
-        (p.force_weight * (force[0] - fx) + gradient[3]) * alpha[0]
-        + (p.force_weight * (force[1] - fy) + gradient[4]) * alpha[1]
-        + (p.force_weight * (force[2] - fz) + gradient[5]) * alpha[2]
-        + (p.torque_weight * (torque[0] - tx) + gradient[0]) * w[0]
-        + (p.torque_weight * (torque[1] - ty) + gradient[1]) * w[1]
-        + (p.torque_weight * (torque[2] - tz) + gradient[2]) * w[2]
-    )
+    return (dot(p.force_weight * excess.real + gradient.dual, motor.dual)
+            + dot(p.torque_weight * excess.dual + gradient.real, motor.real))

@@ -11,16 +11,17 @@ constraint is violated, or when L exceeds its value at the start by more than th
 import math
 
 from flight_graph.components.component import Component, Formatted, same_stamp
-from flight_graph.components.records import Array, Parameters, State, Vec3, field
-from flight_graph.kernel import kernel
+from flight_graph.components.records import Parameters, State, field
 from flight_graph.timebase import SECOND
-from lander_ros.constraints import clearance, view_cosine
+from flight_math import asin, kernel, norm, vector_part
+from lander_ros.constraints import clearance, view_angle, view_cosine
 from msg_schemas import lander
 from msg_schemas.definitions import TYPESTORE
 
 OK, WARNING, ERROR, STALE = 0, 1, 2, 3
 CLEARANCE, VIEW, SATURATION, ENERGY, FUNNEL, AGE = 1, 2, 4, 8, 16, 32
 STATUS_PERIOD_NS = 500_000_000  # [ns] 2 Hz
+NOTHING_SEEN = 1e9  # [m] lowest clearance before a first look
 REASONS = {CLEARANCE: "clearance", VIEW: "line of sight", SATURATION: "saturation", ENERGY: "Lyapunov function rose",
            FUNNEL: "outside the touchdown funnel", AGE: "no recent odometry"}
 
@@ -47,105 +48,96 @@ class LandingMonitorParameters(Parameters):
 
 
 class LandingMonitorState(State):
-    position: Vec3
-    orientation: Array(4)
-    gradient: Vec3
-    lyapunov_limit: float
+    """The last pose's distance [m], and what has been seen since the last status: extremes and sums of reasons."""
+
     known: bool
-    lowest_clearance: float = 1e9
+    distance: float
+    ready: bool = True
+    lyapunov_limit: float
+    lowest_clearance: float = NOTHING_SEEN
     widest_view: float
-    reasons: float
-    errors: float
-    ready: float = 1.0
+    reasons: int
+    errors: int
 
 
 @kernel
 def monitor(t_ns, p, x, odometry, constraints, status):
-    stamp = odometry.header.stamp
+    stamp, now = odometry.header.stamp, status.header.stamp
     x.known = x.known or (stamp.sec != 0 and odometry.pose.covariance[0] >= 0.0)
-    if x.known and same_stamp(stamp, status.header.stamp):
-        look(p, x, odometry, constraints)
+    if x.known and same_stamp(stamp, now):
+        look(p, x, odometry.pose.pose, odometry.twist.twist)
+        if constraints.header.stamp.sec != 0:
+            watch_law(p, x, constraints)
     if t_ns % STATUS_PERIOD_NS == 0:
-        age = (status.header.stamp.sec - float(stamp.sec)) + (
-            float(status.header.stamp.nanosec) - float(stamp.nanosec)) / SECOND
+        age = (now.sec - float(stamp.sec)) + (float(now.nanosec) - float(stamp.nanosec)) / SECOND
         judge(p, x, age, constraints, status)
 
 
 @kernel
-def look(p, x, odometry, constraints):
+def look(p, x, pose, twist):
     """Constraints and touchdown funnel at the pose; collects what is wrong until the next status."""
-    for i in range(3):
-        x.position[i] = odometry.pose.pose.position[i]
-    for i in range(4):
-        x.orientation[i] = odometry.pose.pose.orientation[i]
-    d = clearance(x.position, p.funnel_alpha, p.funnel_beta, p.funnel_gamma, p.funnel_rho_0, p.funnel_z_0, x.gradient)
-    view = math.acos(min(max(view_cosine(x.position, x.orientation), -1.0), 1.0))
-    distance = length(x.position)
+    r, q = pose.position, pose.orientation
+    d, view = clearance(p, r), view_angle(view_cosine(r, q))
+    x.distance = norm(r)
     x.lowest_clearance = min(x.lowest_clearance, d)
-    warnings, errors = 0, 0
     if d < 0.0:
-        errors |= CLEARANCE
-    elif distance > p.clearance_range and d < p.clearance_margin:
-        warnings |= CLEARANCE
-    if distance > p.view_range:
+        blame(x, CLEARANCE, True)
+    elif x.distance > p.clearance_range and d < p.clearance_margin:
+        blame(x, CLEARANCE, False)
+    if x.distance > p.view_range:
         x.widest_view = max(x.widest_view, view)
         if view > p.view_half_angle:
-            errors |= VIEW
+            blame(x, VIEW, True)
         elif view > p.view_half_angle - p.view_margin:
-            warnings |= VIEW
-    if constraints.header.stamp.sec != 0:
-        if x.lyapunov_limit == 0.0:
-            x.lyapunov_limit = constraints.lyapunov * (1.0 + p.energy_margin)
-        if constraints.saturated_for > p.saturation_time:
-            warnings |= SATURATION
-        if constraints.lyapunov > x.lyapunov_limit:
-            errors |= ENERGY
-    x.ready = 1.0
-    if x.position[2] < p.gate_height and distance < p.clearance_range:
-        turn = 2.0 * math.asin(min(1.0, length(x.orientation)))
-        lateral = math.sqrt(x.position[0] * x.position[0] + x.position[1] * x.position[1])
-        if (lateral > p.touchdown_lateral or length(odometry.twist.twist.linear) > p.touchdown_speed
-                or turn > p.touchdown_attitude or length(odometry.twist.twist.angular) > p.touchdown_rate):
-            warnings |= FUNNEL
-            x.ready = 0.0
-    x.reasons = float(int(x.reasons) | warnings | errors)
-    x.errors = float(int(x.errors) | errors)
+            blame(x, VIEW, False)
+    x.ready = True
+    if r.z < p.gate_height and x.distance < p.clearance_range:
+        turn = 2.0 * asin(min(1.0, norm(vector_part(q))))
+        x.ready = (math.sqrt(r.x * r.x + r.y * r.y) <= p.touchdown_lateral and norm(twist.linear) <= p.touchdown_speed
+                   and turn <= p.touchdown_attitude and norm(twist.angular) <= p.touchdown_rate)
+        if not x.ready:
+            blame(x, FUNNEL, False)
 
 
 @kernel
-def length(vector):
-    """|vector| of the first three components."""
-    return math.sqrt(vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2])
+def watch_law(p, x, constraints):
+    """Saturation, and whether the Lyapunov function has left the set it started in."""
+    if x.lyapunov_limit == 0.0:
+        x.lyapunov_limit = constraints.lyapunov * (1.0 + p.energy_margin)
+    if constraints.saturated_for > p.saturation_time:
+        blame(x, SATURATION, False)
+    if constraints.lyapunov > x.lyapunov_limit:
+        blame(x, ENERGY, True)
+
+
+@kernel
+def blame(x, reason, error):
+    """Add a reason to those since the last status, of a warning or of an error."""
+    x.reasons = x.reasons | reason
+    x.errors = x.errors | reason if error else x.errors
 
 
 @kernel
 def judge(p, x, age, constraints, status):
     """The verdict on everything since the last status."""
-    status.level = float(OK)
-    if x.reasons > 0.0:
-        status.level = float(WARNING)
-    if x.errors > 0.0:
-        status.level = float(ERROR)
-    status.abort = 1.0 if x.errors > 0.0 else 0.0
-    status.reasons = x.reasons
-    if not x.known or age > p.odometry_timeout:
-        status.level = float(STALE)
-        status.reasons = float(int(x.reasons) | AGE)
+    stale = not x.known or age > p.odometry_timeout
+    verdict = STALE if stale else ERROR if x.errors > 0 else WARNING if x.reasons > 0 else OK
+    status.level = float(verdict)
+    status.abort = 1.0 if x.errors > 0 else 0.0
+    status.reasons = float(x.reasons | AGE if stale else x.reasons)
     status.odometry_age = age if x.known else 0.0
     status.clearance = x.lowest_clearance
     status.view_angle = x.widest_view
-    status.distance = length(x.position)
+    status.distance = x.distance
     status.potential = constraints.potential
     status.lyapunov = constraints.lyapunov
     status.lyapunov_limit = x.lyapunov_limit
     status.saturated_for = constraints.saturated_for
-    status.touchdown_ready = x.ready
+    status.touchdown_ready = 1.0 if x.ready else 0.0
     status.twistor_norm = constraints.twistor_norm
     status.shadow = constraints.shadow
-    x.reasons = 0.0
-    x.errors = 0.0
-    x.lowest_clearance = 1e9
-    x.widest_view = 0.0
+    x.reasons, x.errors = 0, 0
+    x.lowest_clearance, x.widest_view = NOTHING_SEEN, 0.0
 
 
 def diagnostics(record):

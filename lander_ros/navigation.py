@@ -5,12 +5,28 @@ camera all have something to say, at an unknown velocity.
 """
 
 from flight_graph.components.component import Component, same_stamp
-from flight_graph.components.records import Array, Parameters, State, Vec3, field
-from flight_graph.kernel import kernel
+from flight_graph.components.records import Array, Parameters, State, field
 from flight_graph.timebase import SECOND
+from flight_math import (
+    Quaternion,
+    Vec,
+    Vec3,
+    conjugate,
+    diagonal_of,
+    identity3,
+    kernel,
+    mat3,
+    rotate,
+    rotate_back,
+    rotation_matrix,
+    stack_array,
+    transpose,
+)
 from lander_ros import navigation_filter
-from lander_ros.rotation import to_body, to_site
+from lander_ros.navigation_filter import ACCELEROMETER, ATTITUDE, GYRO, PARTS, POSITION, VELOCITY
 from msg_schemas import lander
+
+Vec15 = Vec(15)
 
 
 class NavigationParameters(Parameters):
@@ -33,29 +49,16 @@ class NavigationParameters(Parameters):
 
 
 class NavigationState(State):
+    """The estimate, its covariance in blocks of 3x3, the gyro's last sample, and what became of the measurements."""
+
     begun: bool
     position: Vec3
     velocity: Vec3
-    orientation: Array(4)
+    orientation: Quaternion
     gyro_bias: Vec3
     accelerometer_bias: Vec3
-    covariance: Array(15, 15)
-    transition: Array(15, 15)
-    product: Array(15, 15)
+    covariance: Array(PARTS, PARTS, 3, 3)
     rate_before: Vec3
-    correction: Array(15)
-    row: Array(15)
-    gain: Array(15)
-    direction: Vec3
-    seen: Vec3
-    quaternions: Array(2, 4)
-    site: Array(4)
-    inertial: Array(4)
-    measured: Array(4)
-    force: Vec3
-    gyro: Vec3
-    gravity: Vec3
-    turned: Array(3, 3)
     range_squared: float
     los_squared: float
     star_squared: float
@@ -64,121 +67,91 @@ class NavigationState(State):
 
 
 @kernel
-def navigate(t_ns, p, x, imu, star_tracker, altimeter, camera, gravity, odometry, telemetry):
-    now = odometry.header.stamp
-    star = same_stamp(star_tracker.header.stamp, now)
-    ranged = same_stamp(altimeter.header.stamp, now) and altimeter.range > 0.0
-    seen = same_stamp(camera.header.stamp, now) and (
-        camera.vector[0] != 0.0 or camera.vector[1] != 0.0 or camera.vector[2] != 0.0)
-    for i in range(3):
-        x.force[i] = imu.linear_acceleration[i]
-        x.gyro[i] = imu.angular_velocity[i]
-        x.gravity[i] = gravity.accel.linear[i]
-    if star:
-        navigation_filter.spin_quaternion(p.site_spin, t_ns / SECOND, x.site)
-        for i in range(4):
-            x.inertial[i] = star_tracker.quaternion[i]
-        navigation_filter.relative_attitude(x.site, x.inertial, x.measured)
-    if not x.begun:
-        if star and ranged and seen:
-            begin(p, x, altimeter, camera)
-    else:
-        navigation_filter.predict(p, x, x.force, x.gyro, x.gravity, p.period)
+def navigate(t_ns, p, x, inputs, outputs):
+    """One sample of the inertial unit, and what other sensors have new, into the estimate."""
+    now = outputs.odometry.header.stamp
+    star = same_stamp(inputs.star_tracker.header.stamp, now)
+    ranged = same_stamp(inputs.altimeter.header.stamp, now) and inputs.altimeter.range > 0.0
+    seen = same_stamp(inputs.camera.header.stamp, now) and any(inputs.camera.vector != 0.0)
+    distance, direction = float(inputs.altimeter.range), inputs.camera.vector
+    gyro = inputs.imu.angular_velocity
+    if x.begun:
+        navigation_filter.predict(p, x, inputs.imu.linear_acceleration, gyro, inputs.gravity.accel.linear)
+        correction = stack_array(PARTS, 3)
         if star:
-            x.star_squared = navigation_filter.take_attitude(p, x, x.measured)
+            x.star_squared = navigation_filter.take_attitude(p, x, correction, attitude(p, t_ns, inputs.star_tracker))
         if ranged:
-            x.range_squared = navigation_filter.take_range(p, x, float(altimeter.range))
+            x.range_squared = navigation_filter.take_range(p, x, correction, distance)
         if seen:
-            for i in range(3):
-                x.turned[0, i] = camera.vector[i]
-            x.los_squared = navigation_filter.take_direction(p, x, x.turned[0])
+            x.los_squared = navigation_filter.take_direction(p, x, correction, direction)
         if star or ranged or seen:
-            navigation_filter.inject(x)
-    publish(p, x, odometry, telemetry)
+            navigation_filter.inject(x, correction)
+    elif star and ranged and seen:
+        x.orientation, x.rate_before = attitude(p, t_ns, inputs.star_tracker), gyro
+        begin(p, x, distance, direction)
+    publish(p, x, gyro, outputs.odometry, outputs.filter)
 
 
 @kernel
-def begin(p, x, altimeter, camera):
-    """Estimate and covariance from one attitude, one distance and one direction; the velocity is unknown."""
-    distance = float(altimeter.range)
-    for i in range(4):
-        x.orientation[i] = x.measured[i]
-    mx, my, mz = to_site(x.orientation, camera.vector[0], camera.vector[1], camera.vector[2])
-    x.position[0] = -distance * mx
-    x.position[1] = -distance * my
-    x.position[2] = -distance * mz - p.mark_depth
-    sigma = p.altimeter_sigma + p.altimeter_relative_sigma * distance
-    across = distance * (p.camera_sigma + p.star_tracker_sigma)
-    for i in range(3):
-        x.rate_before[i] = x.gyro[i]
-        x.covariance[i, i] = sigma * sigma + across * across
-        x.covariance[3 + i, 3 + i] = p.initial_velocity_sigma * p.initial_velocity_sigma
-        x.covariance[6 + i, 6 + i] = p.star_tracker_sigma * p.star_tracker_sigma
-        x.covariance[9 + i, 9 + i] = p.initial_gyro_bias_sigma * p.initial_gyro_bias_sigma
-        x.covariance[12 + i, 12 + i] = p.initial_accelerometer_bias_sigma * p.initial_accelerometer_bias_sigma
+def attitude(p, t_ns, star_tracker):
+    """q, B to D, of a measured attitude in the inertial frame that D has turned in since the epoch."""
+    return conjugate(navigation_filter.spin_quaternion(p.site_spin, t_ns / SECOND)) * star_tracker.quaternion
+
+
+@kernel
+def begin(p, x, distance, direction):
+    """Estimate and covariance from attitude, distance [m] and direction in B; the velocity is unknown."""
     x.begun = True
+    x.position = -distance * rotate(x.orientation, direction) - Vec3(0.0, 0.0, p.mark_depth)
+    along = p.altimeter_sigma + p.altimeter_relative_sigma * distance
+    across = distance * (p.camera_sigma + p.star_tracker_sigma)
+    x.covariance[POSITION, POSITION] = (along * along + across * across) * identity3()
+    navigation_filter.add_variance(x.covariance, VELOCITY, p.initial_velocity_sigma)
+    navigation_filter.add_variance(x.covariance, ATTITUDE, p.star_tracker_sigma)
+    navigation_filter.add_variance(x.covariance, GYRO, p.initial_gyro_bias_sigma)
+    navigation_filter.add_variance(x.covariance, ACCELEROMETER, p.initial_accelerometer_bias_sigma)
 
 
 @kernel
-def publish(p, x, odometry, telemetry):
+def publish(p, x, gyro, odometry, telemetry):
     """Pose and motor with covariances: position and orientation in D, twist in B."""
-    q, spin = x.orientation, p.site_spin
+    pose, twist = odometry.pose, odometry.twist
     if not x.begun:
-        odometry.pose.pose.orientation[3] = 1.0
-        odometry.pose.covariance[0] = -1.0
+        pose.pose.orientation = Quaternion(0.0, 0.0, 0.0, 1.0)
+        pose.covariance[0] = -1.0
         return
-    zx, zy, zz = to_body(q, spin[0], spin[1], spin[2])
-    odometry.twist.twist.angular[0] = x.gyro[0] - x.gyro_bias[0] - zx
-    odometry.twist.twist.angular[1] = x.gyro[1] - x.gyro_bias[1] - zy
-    odometry.twist.twist.angular[2] = x.gyro[2] - x.gyro_bias[2] - zz
-    ax, ay, az = to_body(q, x.velocity[0], x.velocity[1], x.velocity[2])
-    odometry.twist.twist.linear[0] = ax
-    odometry.twist.twist.linear[1] = ay
-    odometry.twist.twist.linear[2] = az
-    for i in range(3):
-        odometry.pose.pose.position[i] = x.position[i]
-        telemetry.gyro_bias[i] = x.gyro_bias[i]
-        telemetry.accelerometer_bias[i] = x.accelerometer_bias[i]
-    for i in range(4):
-        odometry.pose.pose.orientation[i] = q[i]
-    for i in range(3):
-        for j in range(3):
-            odometry.pose.covariance[6 * i + j] = x.covariance[i, j]
-            odometry.twist.covariance[6 * (3 + i) + 3 + j] = x.covariance[9 + i, 9 + j]
-        odometry.twist.covariance[7 * (3 + i)] += p.gyro_sigma * p.gyro_sigma
-    rotate_block(q, x, 6, True)
-    for i in range(3):
-        for j in range(3):
-            odometry.pose.covariance[6 * (3 + i) + 3 + j] = x.turned[i, j]
-    rotate_block(q, x, 3, False)
-    for i in range(3):
-        for j in range(3):
-            odometry.twist.covariance[6 * i + j] = x.turned[i, j]
-    for i in range(15):
-        telemetry.variances[i] = x.covariance[i, i]
+    q = x.orientation
+    pose.pose.position, pose.pose.orientation = x.position, q
+    twist.twist.linear = rotate_back(q, x.velocity)
+    twist.twist.angular = gyro - x.gyro_bias - rotate_back(q, p.site_spin)
+    r = rotation_matrix(q)
+    put_block(pose.covariance, 0, mat3(x.covariance[POSITION, POSITION]))
+    put_block(pose.covariance, 3, r @ mat3(x.covariance[ATTITUDE, ATTITUDE]) @ transpose(r))
+    put_block(twist.covariance, 0, transpose(r) @ mat3(x.covariance[VELOCITY, VELOCITY]) @ r)
+    put_block(twist.covariance, 3, mat3(x.covariance[GYRO, GYRO]) + p.gyro_sigma * p.gyro_sigma * identity3())
+    telemetry.gyro_bias, telemetry.accelerometer_bias = x.gyro_bias, x.accelerometer_bias
+    telemetry.variances = variances(x.covariance)
     telemetry.range_innovation_squared = x.range_squared
     telemetry.los_innovation_squared = x.los_squared
     telemetry.star_innovation_squared = x.star_squared
-    telemetry.accepted = x.accepted
-    telemetry.rejected = x.rejected
+    telemetry.accepted, telemetry.rejected = x.accepted, x.rejected
 
 
 @kernel
-def rotate_block(q, x, first, out_of_body):
-    """The 3 x 3 block of the covariance at ``first``, rotated from B to D or from D to B, to ``x.turned``."""
-    for j in range(3):
-        for i in range(3):
-            x.seen[i] = x.covariance[first + i, first + j]
-        if out_of_body:
-            x.turned[0, j], x.turned[1, j], x.turned[2, j] = to_site(q, x.seen[0], x.seen[1], x.seen[2])
-        else:
-            x.turned[0, j], x.turned[1, j], x.turned[2, j] = to_body(q, x.seen[0], x.seen[1], x.seen[2])
+def put_block(covariance, first, block):
+    """Store a 3x3 block on the diagonal of a message's covariance (36,), a matrix of 6 x 6 row by row."""
     for i in range(3):
-        a, b, c = x.turned[i, 0], x.turned[i, 1], x.turned[i, 2]
-        if out_of_body:
-            x.turned[i, 0], x.turned[i, 1], x.turned[i, 2] = to_site(q, a, b, c)
-        else:
-            x.turned[i, 0], x.turned[i, 1], x.turned[i, 2] = to_body(q, a, b, c)
+        for j in range(3):
+            covariance[6 * (first + i) + first + j] = block[i, j]
+
+
+@kernel
+def variances(covariance):
+    """The diagonal of the covariance."""
+    found = stack_array(3 * PARTS)
+    for i in range(PARTS):
+        found[3 * i:3 * i + 3] = diagonal_of(mat3(covariance[i, i]))
+    return Vec15(found)
 
 
 class Navigation(Component):

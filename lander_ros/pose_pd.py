@@ -8,10 +8,8 @@ Ours, to have something to compare the landing law with: same feed-forward, same
 import math
 
 from flight_graph.components.records import field
-from flight_graph.kernel import kernel
-from flight_graph.vectors import cross
+from flight_math import DualVector, cross, kernel, rotate_back, short_way, vector_part
 from lander_ros.feed_forward import LanderModel, clip_wrench, feed_forward
-from lander_ros.rotation import to_body
 
 OURS = "baseline of ours"
 
@@ -27,28 +25,15 @@ class PosePd(LanderModel):
 
 
 @kernel
-def pose_pd(p, r, q, alpha, w, gravity, work, gradient, force, torque):
-    """Force (3,) [N] and torque (3,) [N m] in B, after the clip; arguments as `lander_ros.landing_law.landing_law`.
+def pose_pd(p, r, q, motor, gravity):
+    """The wrench F = f + eps tau after the clip, and how many of its six axes are clipped.
 
-    ``gradient`` (6,) receives (k_q sgn(q_0) q_v, k_p r^B); ``work`` is not used.
+    Arguments as `lander_ros.landing_law.landing_law`.
     """
-    fx, fy, fz, tx, ty, tz = feed_forward(p, r, q, gravity)
-    sign = 1.0
-    if q[3] < 0.0:
-        sign = -1.0
-    gradient[0] = p.attitude_gain * sign * q[0]
-    gradient[1] = p.attitude_gain * sign * q[1]
-    gradient[2] = p.attitude_gain * sign * q[2]
-    x, y, z = to_body(q, r[0], r[1], r[2])
-    gradient[3], gradient[4], gradient[5] = p.position_gain * x, p.position_gain * y, p.position_gain * z
+    w, alpha = motor.real, motor.dual
+    forward = feed_forward(p, r, q, gravity)
+    force = forward.real - p.position_gain * rotate_back(q, r) - p.velocity_gain * alpha
     if p.coriolis_compensation:
-        zx, zy, zz = to_body(q, p.site_spin[0], p.site_spin[1], p.site_spin[2])
-        cx, cy, cz = cross(zx, zy, zz, alpha[0], alpha[1], alpha[2])
-        fx, fy, fz = fx + 2.0 * p.mass * cx, fy + 2.0 * p.mass * cy, fz + 2.0 * p.mass * cz
-    force[0] = fx - gradient[3] - p.velocity_gain * alpha[0]
-    force[1] = fy - gradient[4] - p.velocity_gain * alpha[1]
-    force[2] = fz - gradient[5] - p.velocity_gain * alpha[2]
-    torque[0] = tx - gradient[0] - p.angular_damping * w[0]
-    torque[1] = ty - gradient[1] - p.angular_damping * w[1]
-    torque[2] = tz - gradient[2] - p.angular_damping * w[2]
-    return clip_wrench(force, torque, p.force_limit, p.torque_limit)
+        force = force + 2.0 * p.mass * cross(rotate_back(q, p.site_spin), alpha)
+    torque = forward.dual - p.attitude_gain * vector_part(short_way(q)) - p.angular_damping * w
+    return clip_wrench(p, DualVector(force, torque))

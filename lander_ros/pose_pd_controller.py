@@ -3,9 +3,9 @@
 from types import SimpleNamespace
 
 from flight_graph.components.component import Component
-from flight_graph.kernel import kernel
+from flight_math import DualVector, Vec3, kernel
 from lander_ros.landing_checks import require_vehicle
-from lander_ros.landing_controller import PoseState, take_odometry
+from lander_ros.landing_controller import is_estimate, pose_and_motor
 from lander_ros.pose_pd import PosePd, pose_pd
 from msg_schemas import lander
 
@@ -13,19 +13,17 @@ from msg_schemas import lander
 @kernel
 def control(t_ns, p, x, odometry, gravity, command):
     """Odometry -> force [N] and torque [N m] in B; zero until there is an estimate."""
-    if take_odometry(x, odometry):
-        for i in range(3):
-            x.gravity[i] = gravity.accel.linear[i]
-        pose_pd(p, x.position, x.orientation, x.alpha, x.rate, x.gravity, x.work, x.gradient, x.force, x.torque)
-    for i in range(3):
-        command.wrench.force[i] = x.force[i]
-        command.wrench.torque[i] = x.torque[i]
+    wrench = DualVector(Vec3(0.0, 0.0, 0.0), Vec3(0.0, 0.0, 0.0))
+    if is_estimate(odometry):
+        r, q, motor = pose_and_motor(odometry)
+        wrench, _ = pose_pd(p, r, q, motor, gravity.accel.linear)
+    command.wrench.force, command.wrench.torque = wrench.real, wrench.dual
 
 
 class PosePdController(Component):
     """PD law on position and attitude, the baseline of the landing."""
 
-    parameters, state = PosePd, PoseState
+    parameters = PosePd
     inputs = {"odometry": lander.ODOMETRY, "gravity": lander.GRAVITY}
     outputs = {"command": lander.COMMAND}
     rate_hz = 10.0

@@ -262,6 +262,18 @@ class Signal:
         """What two connected ports must share: type, bytes of the template, and dtype."""
         return self.type_name, self.template, self.dtype
 
+    def differences(self, other: "Signal") -> list[tuple[str, str, str]]:
+        """(what, here, there) for all that keeps two signals from being connected: type, constant parts, lengths."""
+        if self.type_name != other.type_name:
+            return [("the type", self.type_name, other.type_name)]
+        paths = [path for path in {**self._constants, **other._constants}
+                 if self._constants.get(path) != other._constants.get(path)]
+        if paths:
+            return [_difference(path, self._constants.get(path), other._constants.get(path)) for path in paths]
+        mine, theirs = ({path: str(dtype) for path, dtype, _, _ in signal.leaves()} for signal in (self, other))
+        return [(path, mine.get(path, "not there"), theirs.get(path, "not there"))
+                for path in {**mine, **theirs} if mine.get(path) != theirs.get(path)]
+
     def leaves(self):
         """Yield (path, dtype, offset, length in bytes) of every numeric field of the record."""
         return _leaves(self.dtype)
@@ -277,6 +289,15 @@ class Signal:
         for parts in self.groups.values():
             for name, quantity in parts.items():
                 yield name, quantity.unit
+
+
+def _difference(path, mine, theirs):
+    """How two constant parts differ: a text, a list of names, or a length."""
+    if isinstance(mine, (list, tuple)) and isinstance(theirs, (list, tuple)) and len(mine) == len(theirs):
+        index = next(i for i, names in enumerate(zip(mine, theirs)) if names[0] != names[1])
+        return f"{path}[{index}]", repr(mine[index]), repr(theirs[index])
+    return path, *(repr(value) if isinstance(value, str) else
+                   f"{value if isinstance(value, int) else len(value or ())} long" for value in (mine, theirs))
 
 
 def _leaves(dtype, prefix="", base=0):

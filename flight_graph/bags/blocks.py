@@ -10,7 +10,7 @@ import numpy as np
 import zstandard
 
 from flight_graph.bags.byte_kernels import MESSAGE, read_field
-from flight_graph.bags.mcap_records import ChunkRecord, Damage, Opcode
+from flight_graph.bags.mcap_records import ChunkRecord, Damage, Opcode, refuse_impossible_size
 
 _GROUP = 1 << 21  # [bytes] chunks are decompressed together up to this size: what the cache holds
 _AHEAD = 3  # blocks that are decompressed before they are asked for
@@ -19,7 +19,7 @@ _CHUNK_FIXED = 40  # [bytes] of a chunk record besides the name of its compressi
 
 @dataclass
 class Chunks:
-    """The chunks of a file, all (n,): bounds of the record, size and CRC of its content, start of its packed data."""
+    """The chunks of a file, all (n,): bounds of the record, size and CRC of its content, bounds of its packed data."""
 
     data: np.ndarray
     start: np.ndarray
@@ -27,6 +27,7 @@ class Chunks:
     size: np.ndarray
     crc: np.ndarray
     packed: np.ndarray
+    packed_stop: np.ndarray
     compression: str | None  # None: not the same in all
 
     @classmethod
@@ -38,16 +39,16 @@ class Chunks:
         for offset, width, out in ((16, 8, size), (24, 4, crc), (28, 4, name)):
             read_field(data, starts, offset, width, out)
         packed = starts + _CHUNK_FIXED + name
-        if (name < 0).any() or (name > 4).any() or (packed > stops).any() or (size < 0).any():
+        if (name < 0).any() or (name > 16).any() or (packed > stops).any() or (size < 0).any():
             raise Damage("the head of a chunk cannot be read")
         length = np.empty(len(starts), np.int64)
         read_field(data, packed - 8, 0, 8, length)
-        if (packed + length != stops).any():
+        if (length < 0).any() or (packed + length > stops).any():
             raise Damage("a chunk has the wrong length")
         names = {data[packed[i] - 8 - name[i]:packed[i] - 8].tobytes() for i in
                  (range(len(starts)) if len(set(name.tolist())) > 1 else [*range(min(1, len(starts)))])}
-        common = names.pop() if len(names) == 1 else None
-        return cls(data, starts, stops, size, crc, packed, common.decode("latin-1") if common is not None else None)
+        common = names.pop().decode("latin-1") if len(names) == 1 else None
+        return cls(data, starts, stops, size, crc, packed, packed + length, common)
 
     def content(self, first: int, last: int, verify: bool) -> np.ndarray:
         """Return the joined contents of chunks first to last - 1 as uint8."""
@@ -68,15 +69,14 @@ class Chunks:
     def _unpack_zstd(self, first, last, total):
         data = memoryview(self.data)
         frames = [data[begin:end] for begin, end in
-                  zip(self.packed[first:last].tolist(), self.stop[first:last].tolist())]
+                  zip(self.packed[first:last].tolist(), self.packed_stop[first:last].tolist())]
         try:
             for frame, size in zip(frames, self.size[first:last].tolist()):
                 known = zstandard.frame_content_size(frame)
                 if known not in (size, -1):
                     raise Damage(f"a chunk holds {known} bytes where it declares {size}")
             joined = b"".join(frames)
-            if total > 1000 * len(joined) + _GROUP:  # zstd can do no more; a damaged size must not fill the memory
-                raise Damage("the size of a chunk is impossible")
+            refuse_impossible_size(total, len(joined), "a chunk")
             out = np.empty(total, np.uint8)
             reader = zstandard.ZstdDecompressor().stream_reader(
                 joined, read_size=max(1, len(joined)), read_across_frames=True)

@@ -23,6 +23,7 @@ class TopicDescription:
     qos_text: str
     type_hash: str
     count: int
+    encoding: str = "cdr"
 
 
 def qos_text(qos: Qos) -> str:
@@ -35,6 +36,15 @@ def qos_text(qos: Qos) -> str:
         f"  deadline:{duration}\n  lifespan:{duration}\n"
         f"  liveliness: automatic\n  liveliness_lease_duration:{duration}\n  avoid_ros_namespace_conventions: false"
     )
+
+
+def qos_profiles(text: str) -> list:
+    """The profiles of a text, as dictionaries; none where it is no list of them."""
+    try:
+        found = from_yaml(text) if text else []
+    except (yaml.YAMLError, ValueError, RecursionError):
+        return []
+    return [profile for profile in found if isinstance(profile, dict)] if isinstance(found, list) else []
 
 
 def describe(file_name: str, topics, start_ns: int, end_ns: int) -> dict:
@@ -54,8 +64,8 @@ def describe(file_name: str, topics, start_ns: int, end_ns: int) -> dict:
                 "topic_metadata": {
                     "name": topic.name,
                     "type": topic.type_name,
-                    "serialization_format": "cdr",
-                    "offered_qos_profiles": from_yaml(topic.qos_text) or [],
+                    "serialization_format": topic.encoding,
+                    "offered_qos_profiles": qos_profiles(topic.qos_text),
                     "type_description_hash": topic.type_hash,
                 },
                 "message_count": topic.count,

@@ -150,10 +150,12 @@ def _compare_fields(a, b, vectors, names=()):
 
 
 def _compare_column(a, b):
-    if a.dtype == object or b.dtype == object:
+    if a.dtype == object or b.dtype == object or a.dtype.kind != b.dtype.kind == "V":
         wrong = np.array([not _same(x, y) for x, y in zip(a, b)], bool)
         return wrong, FieldDifference(np.inf, np.inf) if wrong.any() else None
     wrong = a != b
+    if a.dtype.kind == "V":
+        return wrong, FieldDifference(np.inf, np.inf) if wrong.any() else None
     if a.dtype.kind == "f":
         wrong &= ~(np.isnan(a) & np.isnan(b))
         wrong |= (a == 0) & (np.signbit(a) != np.signbit(b))

@@ -53,21 +53,37 @@ def fixed_layout(trees: dict, type_name: str, payload: bytes) -> Layout:
         columns.astype(np.int64))
 
 
-def check_encapsulation(payload: bytes) -> str:
-    """Return the byte order of a payload, '<' or '>'. Raises Misfit for anything but plain CDR."""
-    if len(payload) < 4 or payload[0] != 0 or payload[1] > 1:
-        raise Misfit(f"no plain CDR (encapsulation {payload[:4].hex() or 'missing'})")
-    return "<" if payload[1] else ">"
+_XCDR1, _XCDR2 = (0, 1), (6, 7)  # plain forms: big and little endian
+_OTHER_FORMS = {2: "a parameter list (PL_CDR)", 3: "a parameter list (PL_CDR)", 8: "delimited (D_CDR2)",
+                9: "delimited (D_CDR2)", 10: "a parameter list (PL_CDR2)", 11: "a parameter list (PL_CDR2)"}
+
+
+def check_encapsulation(payload: bytes) -> tuple[str, int]:
+    """Return (byte order '<' or '>', largest alignment [bytes]) of a payload. Raises Misfit for anything but plain CDR.
+
+    XCDR2 (of other vendors' middleware) aligns numbers of eight bytes to four.
+    """
+    form = int.from_bytes(payload[:2], "big") if len(payload) >= 4 else -1
+    if form not in _XCDR1 + _XCDR2:
+        what = _OTHER_FORMS.get(form, f"unknown ({payload[:4].hex() or 'missing'})")
+        raise Misfit(f"no plain CDR: its encapsulation is {what}")
+    return "<" if form % 2 else ">", 8 if form in _XCDR1 else 4
+
+
+def text_of(raw) -> str:
+    """A string of a message; bytes that are no UTF-8 are escaped."""
+    return bytes(raw).decode(errors="backslashreplace")
 
 
 class _Walker:
     def __init__(self, trees, payload):
-        self.trees, self.body, self.order = trees, payload[4:], check_encapsulation(payload)
+        self.trees, self.body = trees, payload[4:]
+        self.order, self.largest = check_encapsulation(payload)
         self.position = 0
         self.constants, self.fixed = {}, []
 
     def _align(self, size):
-        self.position += -self.position % size
+        self.position += -self.position % min(size, self.largest)
 
     def _take(self, size):
         start = self.position
@@ -86,10 +102,7 @@ class _Walker:
         length = self._count()
         start = self._take(length)
         self.fixed.append((start, start + length))
-        try:
-            return self.body[start:start + max(length - 1, 0)].decode()
-        except UnicodeDecodeError:
-            raise Misfit("a string that is no UTF-8") from None
+        return text_of(self.body[start:start + max(length - 1, 0)])
 
     def _numbers(self, primitive, count):
         fmt = np.dtype(self.order + PRIMITIVES[primitive])

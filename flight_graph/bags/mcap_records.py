@@ -1,4 +1,5 @@
-"""Parsing MCAP records strictly: every byte must be accounted for. Anything odd is a `Damage`."""
+"""Parsing MCAP records. What does not fit together is a `Damage`; bytes behind a record's last field are none: the format
+lets records grow by new fields at their end, which a reader passes over."""
 
 import struct
 import zlib
@@ -13,6 +14,8 @@ from mcap.opcode import Opcode
 
 from flight_graph.bags.byte_kernels import read_field, walk
 
+LARGEST_RATIO = 1000  # [1] of unpacked to packed bytes
+ALWAYS_ALLOWED = 1 << 21  # [bytes] that may be unpacked whatever the ratio
 _CHUNK_HEAD = struct.Struct("<QQQI")
 _ATTACHMENT_CRC = struct.Struct("<I")
 
@@ -54,14 +57,20 @@ def parse(kind, content: bytes):
         record = kind.read(stream)
     except (EndOfFile, struct.error, UnicodeDecodeError, OverflowError, MemoryError):
         raise Damage(f"a {kind.__name__} record cannot be read") from None
-    if stream.count != len(content):
-        raise Damage(f"a {kind.__name__} record has the wrong length")
     return record
 
 
-def attachment_checked(content: bytes) -> bool:
-    """Whether an attachment record's own checksum holds; False also where there is none."""
-    return len(content) > 4 and zlib.crc32(content[:-4]) == _ATTACHMENT_CRC.unpack(content[-4:])[0] != 0
+def attachment_checksum(content: bytes) -> bool | None:
+    """Whether an attachment record's own checksum holds; None where it carries none. Raises Damage."""
+    end = 16  # [bytes] two times
+    for width in (4, 4, 8):  # name, media type, data: each behind its length
+        if end + width > len(content):
+            raise Damage("an attachment is too short")
+        end += width + int.from_bytes(content[end:end + width], "little")
+    if end + 4 > len(content):
+        raise Damage("an attachment is too short")
+    crc = _ATTACHMENT_CRC.unpack_from(content, end)[0]
+    return zlib.crc32(content[:end]) == crc if crc else None
 
 
 class ChunkRecord:
@@ -79,15 +88,22 @@ class ChunkRecord:
         except (struct.error, UnicodeDecodeError):
             raise Damage(f"the chunk at byte {self.start} cannot be read") from None
         self._data, self._packed_start = data, start + name_end + 8
-        if self._packed_start + packed_size != stop:
+        self._packed_stop = self._packed_start + packed_size
+        if self._packed_stop > stop:
             raise Damage(f"the chunk at byte {self.start} has the wrong length")
 
     def content(self, verify: bool = True) -> bytes:
-        packed = self._data[self._packed_start:self.stop].tobytes()
+        packed = self._data[self._packed_start:self._packed_stop].tobytes()
         content = _decompress(self.compression, packed, self.size, f"the chunk at byte {self.start}")
         if verify and self.crc and zlib.crc32(content) != self.crc:
             raise Damage(f"the chunk at byte {self.start} fails its checksum")
         return content
+
+
+def refuse_impossible_size(size: int, packed: int, where: str) -> None:
+    """Raise Damage for a size that no compression reaches: a damaged or evil one must not fill the memory."""
+    if size > LARGEST_RATIO * packed + ALWAYS_ALLOWED:
+        raise Damage(f"{where} declares an impossible size of {size} bytes")
 
 
 def _decompress(compression, packed, size, where):
@@ -95,18 +111,18 @@ def _decompress(compression, packed, size, where):
         if compression == "":
             content = packed
         elif compression == "zstd":
-            known = zstandard.frame_content_size(packed)
-            content = zstandard.ZstdDecompressor().decompress(packed) if known == size and size else \
-                zstandard.ZstdDecompressor().stream_reader(packed).read(size + 1 if known < 0 else 0)
+            refuse_impossible_size(size, len(packed), where)
+            content = zstandard.ZstdDecompressor().stream_reader(packed).read(size + 1)
         elif compression == "lz4":
-            content = lz4.frame.decompress(packed)
+            refuse_impossible_size(size, len(packed), where)
+            content = lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=size + 1)
         else:
             raise Damage(f"{where} is compressed with '{compression[:16]}', which is unknown")
-    except (zstandard.ZstdError, RuntimeError, MemoryError, OverflowError):
+    except (zstandard.ZstdError, RuntimeError, MemoryError, OverflowError, EOFError):
         raise Damage(f"{where} cannot be decompressed") from None
     if len(content) != size:
-        raise Damage(f"{where} holds {len(content)} bytes where it declares {size}")
+        raise Damage(f"{where} holds {'more' if len(content) > size else len(content)} bytes where it declares {size}")
     return content
 
 
-__all__ = ["ChunkRecord", "Damage", "Opcode", "attachment_checked", "list_records", "message_field", "parse"]
+__all__ = ["ChunkRecord", "Damage", "Opcode", "attachment_checksum", "list_records", "message_field", "parse"]

@@ -1,5 +1,11 @@
-"""Message definitions as a bag carries them: text to field trees, by the parsers of rosbags."""
+"""Message definitions as a bag carries them: text to field trees, by the parsers of rosbags.
 
+A definition is one text or several, apart from each other by a line of ``=`` and headed ``MSG: name`` or ``IDL: name``;
+the first may come without a head. What a recorder writes for a service or an action is the text of its .srv or .action
+file: the types that travel (requests, responses, events, feedback) are made from it.
+"""
+
+import re
 from functools import lru_cache
 
 from rosbags.interfaces import Nodetype
@@ -13,8 +19,13 @@ PRIMITIVES = {
     "bool": "?", "byte": "u1", "octet": "u1", "char": "u1", "uint8": "u1", "int8": "i1", "uint16": "u2", "int16": "i2",
     "uint32": "u4", "int32": "i4", "uint64": "u8", "int64": "i8", "float32": "f4", "float64": "f8",
 }
+WIDE = "wstring"  # UTF-16 text; the parser does not know it
 EMPTY = (("structure_needs_at_least_one_member", (Nodetype.BASE, ("uint8", 0))),)  # what ROS sends for no fields
 _GROUPS = (["x", "y", "z"], ["x", "y", "z", "w"])
+_LARGEST = 1 << 20  # [bytes] of a definition
+_STAND_IN = "flight_graph_text/msg/Wide"  # takes the place of WIDE for the parser
+_RULE = re.compile(r"^=+[ \t]*$", re.M)
+_HEAD = re.compile(r"\A\s*(MSG|IDL):[ \t]*([^\s]+)[ \t]*(?:\n|\Z)")
 
 
 def standard_definition(type_name: str) -> Definition:
@@ -27,20 +38,103 @@ def standard_definition(type_name: str) -> Definition:
 
 @lru_cache(maxsize=256)
 def field_trees(type_name: str, text: str, encoding: str) -> dict:
-    """Type name -> ((field name, node), ...) of a type and all that it contains, from the text in the bag."""
-    try:
-        if encoding == "ros2msg":
-            parsed = get_types_from_msg(text, type_name)
-        elif encoding == "ros2idl":
-            parsed = get_types_from_idl(text)
-        elif type_name in TYPESTORE.fielddefs:
-            parsed = {}
-        else:
-            raise BagError(f"the bag has no definition of {type_name} (schema encoding '{encoding}')")
-    except TypesysError as error:
-        raise BagError(f"the bag's definition of {type_name} cannot be parsed: {str(error).splitlines()[0]}") from error
+    """Type name -> ((field name, node), ...) of a type and all that it contains, from the text in the bag.
+
+    Raises BagError where the text cannot be parsed, or a type that it uses is defined nowhere.
+    """
+    if len(text) > _LARGEST:
+        raise BagError(f"the bag's definition of {type_name} has {len(text)} characters; allowed: at most {_LARGEST}")
+    parsed = {}
+    if encoding in ("ros2msg", "ros2idl"):
+        parsed = _parsed(type_name, text.lstrip("\ufeff").replace("\r\n", "\n").replace("\r", "\n"), encoding)
     known = {name: fields for name, (_, fields) in {**TYPESTORE.fielddefs, **parsed}.items()}
-    return {name: tuple(fields) or EMPTY for name, fields in known.items()}
+    root = _parser_name(type_name)
+    if root not in known:
+        raise BagError(f"the bag has no definition of {type_name}" +
+                       (f" (schema encoding '{encoding}')" if encoding not in ("ros2msg", "ros2idl", "") else ""))
+    trees = {}
+    _collect(root, known, trees, ())
+    return {**trees, type_name: trees[root]}
+
+
+def _parser_name(name):
+    """A type's name as the parser has it: all kinds of interfaces are messages to it."""
+    package, _, rest = name.partition("/")
+    return f"{package}/msg/{rest.rpartition('/')[2]}"
+
+
+def _parsed(type_name, text, encoding):
+    """Type name -> definition in the parser's form, of every section of a text."""
+    found = {}
+    for number, section in enumerate(part for part in _RULE.split(text) if part.strip() or part is text):
+        head = _HEAD.match(section)
+        name = head[2] if head else type_name
+        is_idl = head[1] == "IDL" if head else encoding == "ros2idl"
+        body = section[head.end():] if head else section
+        try:
+            found.update(_idl(body) if is_idl else _msg(name, body.lstrip("\n") if number else body))
+        except (TypesysError, RecursionError, ValueError, KeyError, IndexError):
+            if not head or name == type_name:
+                raise BagError(f"the bag's definition of {type_name} cannot be parsed") from None
+    return found
+
+
+def _idl(body):
+    return get_types_from_idl(re.sub(rf"\b{WIDE}\b(?:[ \t]*<[^>]*>)?", _STAND_IN.replace("/", "::"), body))
+
+
+def _msg(name, body):
+    """The types of a .msg, .srv or .action text."""
+    parts = re.split(r"^---[ \t]*$", body, flags=re.M)
+    parts = [re.sub(rf"^([ \t]*){WIDE}\b(?:<=\d+)?", rf"\g<1>{_STAND_IN}", part, flags=re.M) + "\n" for part in parts]
+    base = re.sub(r"(_SendGoal|_GetResult)?(_Event|_Request|_Response)$|_FeedbackMessage$|_(Goal|Result|Feedback)$", "",
+                  _parser_name(name))
+    if len(parts) == 2:
+        types = {f"{base}_Request": parts[0], f"{base}_Response": parts[1], **_event(base)}
+    elif len(parts) == 3:
+        goal = "unique_identifier_msgs/UUID goal_id\n"
+        types = {
+            f"{base}_Goal": parts[0], f"{base}_Result": parts[1], f"{base}_Feedback": parts[2],
+            f"{base}_FeedbackMessage": f"{goal}{base}_Feedback feedback\n",
+            f"{base}_SendGoal_Request": f"{goal}{base}_Goal goal\n",
+            f"{base}_SendGoal_Response": "bool accepted\nbuiltin_interfaces/Time stamp\n",
+            f"{base}_GetResult_Request": goal, f"{base}_GetResult_Response": f"int8 status\n{base}_Result result\n",
+            **_event(f"{base}_SendGoal"), **_event(f"{base}_GetResult")}
+    else:
+        types = {_parser_name(name): parts[0]}
+    found = {}
+    for key, text in types.items():
+        found.update(get_types_from_msg(text, key))
+    return found
+
+
+def _event(base):
+    return {f"{base}_Event": f"service_msgs/ServiceEventInfo info\n{base}_Request[<=1] request\n"
+                             f"{base}_Response[<=1] response\n"}
+
+
+def _collect(name, known, trees, users):
+    """Fill trees with a type and all that it contains. users: the types that it stands in. Raises BagError."""
+    if name in users:
+        raise BagError(f"the bag's definition of {name} contains itself")
+    if name in trees:
+        return
+    if name not in known:
+        raise BagError(f"the definition of {name}, which {users[-1]} contains, is missing from the bag")
+    trees[name] = tuple((field, _node(node)) for field, node in known[name]) or EMPTY
+    for _, node in trees[name]:
+        while node[0] in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+            node = node[1][0]
+        if node[0] == Nodetype.NAME:
+            _collect(node[1], known, trees, (*users, name))
+
+
+def _node(node):
+    """A node of the parser, with its stand-in for wide strings replaced."""
+    kind, argument = node
+    if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+        return kind, (_node(argument[0]), argument[1])
+    return (Nodetype.BASE, (WIDE, 0)) if kind == Nodetype.NAME and argument == _STAND_IN else node
 
 
 def vector_group(fields):

@@ -7,55 +7,36 @@
     bag.constants("/cubli/imu")                   # {'header.frame_id': 'imu_link'}
 
 A bag is verified as a whole before anything of it is handed out: checksums of chunks, data section, summary and
-attachments, lengths of all records, index, counts, and metadata.yaml. `BagDamaged` says what does not hold.
+attachments, lengths of all records, index, counts, and metadata.yaml. `BagDamaged` says what does not hold. A topic that
+cannot be decoded (JSON, no definition) hides no other: its messages are there as bytes; asking for its numbers says why.
 """
 
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
 from flight_graph.bags.decode import Decoder
-from flight_graph.bags.description import FILE_NAME, from_yaml, read_description
 from flight_graph.bags.errors import BagDamaged, BagError
-from flight_graph.bags.journal import FILE_NAME as MARK
-from flight_graph.bags.journal import is_live
+from flight_graph.bags.file_kinds import is_sqlite
+from flight_graph.bags.files import check_description, find_files
 from flight_graph.bags.layout import Layout, Misfit, Ragged, fixed_layout
-from flight_graph.bags.mcap_file import LIBRARY
 from flight_graph.bags.mcap_records import Damage
 from flight_graph.bags.message_types import field_trees
 from flight_graph.bags.payloads import Payloads
+from flight_graph.bags.sqlite import read_sqlite
+from flight_graph.bags.topics import TopicInfo, list_topics
 from flight_graph.bags.verify import read_mcap
 from flight_graph.errors import unknown
 
 
-@dataclass(frozen=True)
-class TopicInfo:
-    """One topic of a bag. qos_text: rosbag2's YAML text of the offered profiles."""
-
-    name: str
-    type_name: str
-    count: int
-    qos_text: str
-    type_hash: str
-    definition: str
-    definition_encoding: str
-
-    @property
-    def qos(self) -> list:
-        """The offered profiles, as dictionaries of rosbag2's keys."""
-        return from_yaml(self.qos_text) or [] if self.qos_text else []
-
-
 def read_bag(path) -> "Bag":
-    """Read a bag: a folder with metadata.yaml, or an .mcap file. Raises BagError or BagDamaged."""
+    """Read a bag: a folder (with or without metadata.yaml), an .mcap or a .db3 file. Raises BagError or BagDamaged."""
     path = Path(path)
     try:
-        files, description = _files(path)
-        contents = [read_mcap(file) for file in files]
-        _check_description(description, contents)
-        return Bag(path, contents)
+        source = find_files(path)
+        contents = [read_sqlite(file) if is_sqlite(file) else read_mcap(file) for file in source.files]
+        return Bag(path, contents, source.remarks + check_description(source, contents))
     except FileNotFoundError as error:
         raise BagError(f"there is no bag at '{path}' ({Path(error.filename or path).name} is missing)") from None
     except OSError as error:
@@ -65,36 +46,22 @@ def read_bag(path) -> "Bag":
 
 
 class Bag:
-    """The content of a verified bag. Arrays are made when asked for, and kept."""
+    """The content of a verified bag. Arrays are made when asked for, and kept.
 
-    def __init__(self, path: Path, contents: list):
-        self.path = path
+    attachments, metadata: by name, the last of equal names; all_attachments, all_metadata: each of them, in order.
+    remarks: sentences on what a person should know of the bag.
+    """
+
+    def __init__(self, path: Path, contents: list, remarks=()):
+        self.path, self.remarks = path, list(remarks)
         self._contents = contents
         self._arrays, self._layouts = {}, {}
         self.checked = all(part.covered for part in contents)  # a checksum stands over every message
-        self.attachments = {record.name: record for part in contents for record in part.attachments}
-        self.metadata = {record.name: dict(record.metadata) for part in contents for record in part.metadata}
-        self.topics = self._list_topics()
-
-    def _list_topics(self):
-        found = {}
-        for part in self._contents:
-            ids, counts = np.unique(part.messages.channel, return_counts=True)
-            counted = dict(zip(ids.tolist(), counts.tolist()))
-            for channel in part.channels.values():
-                if channel.message_encoding != "cdr" or channel.schema_id not in part.schemas:
-                    raise BagError(f"bag '{self.path}': topic '{channel.topic}' is encoded as "
-                                   f"'{channel.message_encoding}'; cdr messages with a schema are read")
-                schema = part.schemas[channel.schema_id]
-                before = found.get(channel.topic)
-                if before is not None and before.type_name != schema.name:
-                    raise BagError(f"bag '{self.path}': topic '{channel.topic}' carries {before.type_name} and "
-                                   f"{schema.name}; one type a topic is read")
-                found[channel.topic] = TopicInfo(
-                    channel.topic, schema.name, counted.get(channel.id, 0) + (before.count if before else 0),
-                    channel.metadata.get("offered_qos_profiles", ""), channel.metadata.get("topic_type_hash", ""),
-                    schema.data.decode(errors="replace"), schema.encoding)
-        return found
+        self.all_attachments = [record for part in contents for record in part.attachments]
+        self.all_metadata = [record for part in contents for record in part.metadata]
+        self.attachments = {record.name: record for record in self.all_attachments}
+        self.metadata = {record.name: dict(record.metadata) for record in self.all_metadata}
+        self.topics = list_topics(contents)
 
     @cached_property
     def start_ns(self) -> int:
@@ -114,26 +81,46 @@ class Bag:
             raise unknown("topic", name, self.topics, f"bag '{self.path}'")
         return self.topics[name]
 
+    def spelled(self, name: str) -> str:
+        """A topic's name in this bag, given with or without its first slash. Raises an error that names the nearest."""
+        other = name[1:] if name.startswith("/") else f"/{name}"
+        return self.topic(name if name in self.topics or other not in self.topics else other).name
+
     def field_trees(self, topic: str) -> dict:
-        """The definition of a topic's type and of all that it contains (see `flight_graph.bags.message_types`)."""
+        """The definition of a topic's type and of all that it contains (see `flight_graph.bags.message_types`).
+
+        Raises BagError where the topic's messages cannot be decoded.
+        """
         info = self.topic(topic)
-        trees = field_trees(info.type_name, info.definition, info.definition_encoding)
-        if info.type_name not in trees:
-            raise BagError(f"bag '{self.path}': no definition of {info.type_name}")
-        return trees
+        if info.problem:
+            raise BagError(f"bag '{self.path}': topic '{topic}' {info.problem}")
+        return self._trees(topic, info.type_name, info.definition, info.definition_encoding)
+
+    def _trees(self, topic, type_name, definition, encoding):
+        try:
+            return field_trees(type_name, definition, encoding)
+        except BagError as error:
+            raise BagError(f"bag '{self.path}', topic '{topic}': {error}") from None
 
     def messages(self, topics=None):
         """Yield (topic, log time [ns], payload) in write order, of all topics or some."""
+        for channel, _, log_time, _, payload in self.records(topics):
+            yield channel.topic, log_time, payload
+
+    def records(self, topics=None):
+        """Yield (channel, its schema or None, log time [ns], number in the file, payload) in write order."""
         wanted = {self.topic(name).name for name in topics} if topics is not None else set(self.topics)
         for part in self._contents:
-            names = {channel.id: channel.topic for channel in part.channels.values() if channel.topic in wanted}
+            known = {channel.id: (channel, part.schemas.get(channel.schema_id)) for channel in part.channels.values()
+                     if channel.topic in wanted}
             for block, begin, end in part.runs(np.arange(len(part.messages.start))):
                 content = block.tobytes()
                 rows = zip(part.messages.channel[begin:end].tolist(), part.messages.log_time[begin:end].tolist(),
+                           range(begin, end),
                            part.messages.start[begin:end].tolist(), part.messages.stop[begin:end].tolist())
-                for channel, time, start, stop in rows:
-                    if channel in names:
-                        yield names[channel], time, content[start:stop]
+                for number, time, index, start, stop in rows:
+                    if number in known:
+                        yield *known[number], time, index, content[start:stop]
 
     def write_order(self) -> tuple[list[str], np.ndarray, np.ndarray]:
         """Return (names, number of its topic in them (n,), log time [ns] (n,)) of all messages, in write order."""
@@ -187,12 +174,48 @@ class Bag:
         return self._arrays[topic]
 
     def decoded(self, topic: str) -> np.ndarray:
-        """The messages of a topic through the general decoder, strings and sequences included, whatever the layout."""
+        """The messages of a topic through the general decoder, strings and sequences included, whatever the layout.
+
+        Each message is read by the definition of its own channel; definitions that differ in more than the order of
+        their fields are refused.
+        """
+        self.field_trees(topic)
         try:
-            decoder = Decoder(self.field_trees(topic), self.topic(topic).type_name)
-            return decoder.decode(payload for _, _, payload in self.messages([topic]))
+            return self._decoded(topic)
         except Misfit as error:
             raise self._misfit(topic, error) from None
+
+    def _decoded(self, topic):
+        info = self.topic(topic)
+        decoders, rows, owners = {}, {}, []
+        for _, schema, _, _, payload in self.records([topic]):
+            key = (schema.data.decode(errors="replace"), schema.encoding) if schema else (info.definition, "")
+            if key not in decoders:
+                decoders[key] = Decoder(self._trees(topic, info.type_name, *key), info.type_name)
+                rows[key] = []
+            rows[key].append(payload)
+            owners.append(key)
+        if not rows:
+            return Decoder(self.field_trees(topic), info.type_name).decode([])
+        tables = {key: decoders[key].decode(payloads) for key, payloads in rows.items()}
+        if len(tables) == 1:
+            return next(iter(tables.values()))
+        return self._merged(topic, tables, owners)
+
+    def _merged(self, topic, tables, owners):
+        """Tables by definition, as one table in write order."""
+        first, *others = tables
+        dtype = tables[first].dtype
+        for other in others:
+            if sorted(tables[other].dtype.descr, key=str) != sorted(dtype.descr, key=str):
+                raise BagError(f"bag '{self.path}': topic '{topic}' was recorded by two definitions that differ: "
+                               f"{', '.join(dtype.names)} and {', '.join(tables[other].dtype.names)}")
+        merged = np.empty(len(owners), dtype)
+        for key, table in tables.items():
+            places = np.flatnonzero([owner == key for owner in owners])
+            for name in dtype.names:
+                merged[name][places] = table[name]
+        return merged
 
     def _misfit(self, topic, error):
         return BagError(f"bag '{self.path}', topic '{topic}': a message is unreadable ({error})")
@@ -200,17 +223,22 @@ class Bag:
     def _fixed(self, topic):
         """(layout, array) where all messages of a topic share one, else None."""
         parts = self._uniform(topic)
-        if parts is None:
+        trees = self.field_trees(topic)
+        if parts is None or not self._has_one_definition(topic):
             return None
         first = parts[0].first
         try:
-            layout = fixed_layout(self.field_trees(topic), self.topic(topic).type_name, first.tobytes())
+            layout = fixed_layout(trees, self.topic(topic).type_name, first.tobytes())
         except Ragged:
             return None
         if any((part.first[layout.columns] != first[layout.columns]).any() or not part.are_constant(layout.columns)
                for part in parts):
             return None
         return layout, _joined([part.records(layout.dtype) for part in parts])
+
+    def _has_one_definition(self, topic):
+        return len({(schema.data, schema.encoding) for part in self._contents for channel in part.channels.values()
+                    if channel.topic == topic and (schema := part.schemas.get(channel.schema_id))}) <= 1
 
     def _uniform(self, topic) -> list[Payloads] | None:
         """The payloads of a topic, file by file, where all are of one size and there are any, else None."""
@@ -231,45 +259,3 @@ class Bag:
 
 def _joined(arrays):
     return arrays[0] if len(arrays) == 1 else np.concatenate(arrays)
-
-
-def _files(path: Path):
-    """Return (MCAP files of a bag, content of its metadata.yaml or None)."""
-    if not path.is_dir():
-        return [path], None
-    if (path / MARK).exists():
-        if is_live(path):
-            raise BagError(f"bag '{path}' is still being recorded")
-        raise Damage("its recorder was stopped before it could finish")
-    if not (path / FILE_NAME).exists():
-        if any(path.glob("*.mcap")):
-            raise Damage(f"{FILE_NAME} is missing")
-        raise BagError(f"'{path}' is no bag: it holds neither {FILE_NAME} nor an .mcap file")
-    try:
-        description = read_description(path)
-    except ValueError as error:
-        raise Damage(str(error)) from None
-    storage, mode = description.get("storage_identifier"), str(description.get("compression_mode") or "none").lower()
-    if storage == "sqlite3" or mode == "message":
-        raise BagError(f"bag '{path}' is stored as {storage} with compression mode '{mode}'; mcap without message "
-                       "compression is read")
-    if storage != "mcap" or mode not in ("none", "file", "storage"):
-        raise Damage(f"{FILE_NAME} names the unknown storage {storage!r} or compression mode {mode!r}")
-    files = [path / Path(str(name)).name for name in description["relative_file_paths"]]
-    missing = [file.name for file in files if not file.exists()]
-    if missing or not files:
-        raise Damage(f"its file {missing[0] if missing else ''} is missing")
-    return files, description
-
-
-def _check_description(description, contents):
-    """metadata.yaml has no checksum: compare it with the files."""
-    if description is None:
-        return
-    for record in contents[0].metadata:
-        if record.name == "rosbag2" and contents[0].library == LIBRARY:
-            if from_yaml(record.metadata["serialized_metadata"]) != description:
-                raise Damage(f"{FILE_NAME} differs from the copy inside {description['relative_file_paths'][0]}")
-    count = sum(len(part.messages.channel) for part in contents)
-    if description.get("message_count") != count:
-        raise Damage(f"{FILE_NAME} counts {description.get('message_count')} messages, the bag holds {count}")

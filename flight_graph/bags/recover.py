@@ -1,7 +1,9 @@
 """Making a valid bag of a truncated, corrupted or unfinished one.
 
 What is saved: every message of a chunk whose checksum holds, the messages of the open chunk (file RECORDING), and the
-attachments whose checksum holds. Metadata records carry no checksum in MCAP and are kept as they are found.
+attachments whose checksum holds; where a foreign bag carries no checksum, every record that fits together with its
+neighbours. Each channel stays as it was: encoding, definition, metadata. Metadata records carry no checksum in MCAP and are
+kept as they are found.
 """
 
 from dataclasses import dataclass, field
@@ -10,14 +12,15 @@ from pathlib import Path
 import yaml
 
 from flight_graph.bags.description import FILE_NAME, from_yaml, read_description
-from flight_graph.bags.errors import BagError
+from flight_graph.bags.errors import BagError, quoted
+from flight_graph.bags.file_content import map_file
+from flight_graph.bags.file_kinds import is_sqlite, refuse_other_kind
 from flight_graph.bags.journal import is_live, read_journal
-from flight_graph.bags.mcap_file import LIBRARY
+from flight_graph.bags.mcap_file import LIBRARY, MAGIC
 from flight_graph.bags.mcap_records import Damage
 from flight_graph.bags.salvage import Salvage, salvage_file
-from flight_graph.bags.verify import map_file
 from flight_graph.bags.writer import BagWriter
-from msg_schemas.definitions import TYPESTORE, Definition, definition
+from msg_schemas.definitions import TYPESTORE, definition
 
 
 @dataclass(frozen=True)
@@ -82,14 +85,14 @@ def recover(path, out) -> RecoveryReport:
         parts = _salvage_all(path)
     except OSError as error:
         raise BagError(f"bag '{path}' cannot be read: {(error.strerror or str(error)).lower()}") from error
-    if not any(part.channels for part in parts):
-        raise BagError(f"nothing can be saved of '{path}': no topic is left whose declaration is intact")
+    if not any(part.channels or part.attachments or part.metadata for part in parts):
+        raise BagError(f"nothing can be saved of '{path}': no topic is left whose declaration is intact, and no attachment")
     for part in parts:
         report.remarks += part.remarks
     with BagWriter(out) as writer:
-        topics = _add_topics(writer, parts, report)
-        for part in parts:
-            _write_messages(writer, part, topics, report)
+        channels = _add_channels(writer, parts, report)
+        for number, part in enumerate(parts):
+            _write_messages(writer, part, {key[1]: topic for key, topic in channels.items() if key[0] == number}, report)
             for record in part.attachments:
                 writer.attach(record.name, record.media_type, record.data)
                 report.attachments.append(record.name)
@@ -97,14 +100,14 @@ def recover(path, out) -> RecoveryReport:
                 if record.name != "rosbag2":
                     writer.metadata(record.name, record.metadata)
                     report.metadata.append(record.name)
-        _count(report, parts, topics)
+        _count(report, parts, channels)
         writer.metadata("recovered", {"source": path.name, "report": str(report)})
     return report
 
 
 def _salvage_all(path):
     if not path.is_dir():
-        return [salvage_file(_map(path), path.name)]
+        return [_salvage(path)]
     if is_live(path):
         raise BagError(f"bag '{path}' is still being recorded; stop the recorder first")
     files = sorted([*path.glob("*.mcap"), *path.glob("*.mcap.zstd")], key=lambda file: (len(file.name), file.name))
@@ -116,60 +119,70 @@ def _salvage_all(path):
             pass
     if not files:
         raise BagError(f"'{path}' holds no .mcap file")
-    parts = [salvage_file(_map(file), file.name) for file in files]
+    parts = [_salvage(file) for file in files]
     ordinal, content = read_journal(path)
     if ordinal >= parts[-1].chunks:
         parts[-1].add_last(content)
     return parts
 
 
-def _map(file):
+def _salvage(file):
+    if is_sqlite(file):
+        raise BagError(f"'{file}' is an SQLite bag: sqlite3 itself saves what is intact (sqlite3 {quoted(file)} .recover)")
     try:
-        return map_file(file)
+        data = map_file(file)
     except Damage as damage:
         raise BagError(f"nothing can be saved: {damage}") from None
+    if data[:len(MAGIC)].tobytes() != MAGIC:
+        refuse_other_kind(file, data[:128].tobytes())
+    return salvage_file(data, file.name)
 
 
-def _add_topics(writer, parts, report):
-    """Declare the topics; return name -> topic. A declaration without checksum is believed, and said to be so."""
-    topics = {}
-    for part in parts:
-        schemas = part.schemas
-        for _, channel in sorted(part.channels.items()):
-            schema = schemas.get(channel.schema_id)
-            if channel.topic in topics:
-                continue
-            if schema is None:
-                report.remarks.append(f"topic '{channel.topic}': its definition is lost, and so are its messages")
-                continue
-            message = Definition(schema.name, schema.data.decode(errors="replace"),
-                                 channel.metadata.get("topic_type_hash", ""), ())
-            standard = schema.name in TYPESTORE.fielddefs and definition(schema.name).text == message.text
-            if not standard and not _trusted(part, channel, schema) and part.corrupted:
+def _add_channels(writer, parts, report):
+    """Declare the channels as they were; return (number of the part, channel id) -> topic of the new bag.
+
+    Equal channels of several files become one. A declaration without checksum is believed, and said to be so.
+    """
+    made, known = {}, {}
+    for number, part in enumerate(parts):
+        for key, channel in sorted(part.channels.items()):
+            schema = part.schemas.get(channel.schema_id)
+            if schema is None and channel.schema_id:
+                report.remarks.append(f"topic '{channel.topic}': its definition is lost; its messages are kept as bytes")
+            if schema is not None and part.corrupted and not _trusted(part, channel, schema) and not _is_standard(schema):
                 report.remarks.append(f"topic '{channel.topic}': no checksum covers its declaration")
-            topics[channel.topic] = writer.add_topic(
-                channel.topic, schema.name, _qos_text(channel, report), message, schema.encoding)
-    return topics
+            given = (channel.topic, channel.message_encoding, tuple(_metadata(channel, report).items()),
+                     (schema.name, schema.encoding, schema.data) if schema is not None else None)
+            if given not in known:
+                name, encoding, metadata, declared = given
+                known[given] = writer.add_channel(name, encoding, dict(metadata), declared)
+            made[number, key] = known[given]
+    return made
 
 
-def _qos_text(channel, report):
-    text = channel.metadata.get("offered_qos_profiles", "")
+def _is_standard(schema):
+    return schema.name in TYPESTORE.fielddefs and definition(schema.name).text == schema.data.decode(errors="replace")
+
+
+def _metadata(channel, report):
+    """The metadata of a channel; a damaged text of its quality of service is left out."""
+    metadata = dict(channel.metadata)
     try:
-        if isinstance(from_yaml(text) or [], list):
-            return text
-    except (yaml.YAMLError, ValueError):
+        if isinstance(from_yaml(metadata.get("offered_qos_profiles", "")) or [], list):
+            return metadata
+    except (yaml.YAMLError, ValueError, RecursionError):
         pass
     report.remarks.append(f"topic '{channel.topic}': its quality of service is lost")
-    return ""
+    return {**metadata, "offered_qos_profiles": ""}
 
 
 def _trusted(part: Salvage, channel, schema):
     return part.declared[type(channel), channel.id][0] and part.declared[type(schema), schema.id][0]
 
 
-def _write_messages(writer, part, topics, report):
-    names = {number: channel.topic for number, channel in part.channels.items() if channel.topic in topics}
-    statistics = part.statistics
+def _write_messages(writer, part, channels, report):
+    """Write the messages of a file, and note its gaps. channels: id -> topic of the new bag."""
+    statistics, undeclared = part.statistics, set()
     last_ns = statistics.message_start_time if statistics is not None else None
     in_gap = False
     for block in part.blocks:
@@ -183,17 +196,21 @@ def _write_messages(writer, part, topics, report):
         rows = zip(*(getattr(block, name).tolist() for name in
                      ("channel", "sequence", "log_time", "publish_time", "start", "stop")))
         for channel, sequence, log_time, publish_time, start, stop in rows:
-            if channel in names:
-                writer.write_sequenced(
-                    topics[names[channel]], sequence, log_time, publish_time, block.content[start:stop])
+            if channel in channels:
+                writer.write_sequenced(channels[channel], sequence, log_time, publish_time, block.content[start:stop])
+            else:
+                undeclared.add(channel)
         last_ns = max(last_ns or 0, int(block.log_time.max()))
     if in_gap:
         report.gaps.append(Gap(last_ns, max(last_ns, statistics.message_end_time) if statistics is not None else None))
+    for channel in sorted(undeclared):
+        report.remarks.append(f"messages of channel {channel} are left out: its declaration is lost")
 
 
-def _count(report, parts, topics):
-    for name, topic in topics.items():
+def _count(report, parts, channels):
+    for name in dict.fromkeys(topic.name for topic in channels.values()):
         expected, known = 0, True
+        saved = sum(topic.count for topic in set(channels.values()) if topic.name == name)
         for part in parts:
             numbers = [number for number, channel in part.channels.items() if channel.topic == name]
             if part.statistics is not None:
@@ -204,4 +221,4 @@ def _count(report, parts, topics):
                                      if block is not None and (block.channel == number).any()), default=-1)
             else:
                 known = False
-        report.topics[name] = TopicRecovery(topic.count, max(0, expected - topic.count) if known else None)
+        report.topics[name] = TopicRecovery(saved, max(0, expected - saved) if known else None)

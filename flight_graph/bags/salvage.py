@@ -1,10 +1,12 @@
 """What can still be trusted in a damaged MCAP file: whole chunks whose checksum holds, and declarations that agree.
 
 Chunks are found by walking over the records; where a record is broken the walk goes on at the next chunk, message
-index, attachment, metadata record or end of data whose own lengths fit together.
+index, attachment, metadata record or end of data whose own lengths fit together, and in files that keep messages outside
+of chunks at the next message that others follow. Records of unknown types are passed over, as the format asks.
 """
 
 import zlib
+from collections import Counter
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,11 +18,12 @@ from flight_graph.bags.mcap_records import (
     ChunkRecord,
     Damage,
     Opcode,
-    attachment_checked,
+    attachment_checksum,
     list_records,
     message_field,
     parse,
 )
+from flight_graph.bags.message_walk import IN_FILE, highest, next_record, stretches
 
 _DECLARATIONS = {Opcode.SCHEMA: records.Schema, Opcode.CHANNEL: records.Channel}
 _RESUME = (Opcode.CHUNK, Opcode.MESSAGE_INDEX, Opcode.ATTACHMENT, Opcode.METADATA, Opcode.DATA_END)
@@ -52,6 +55,8 @@ class Salvage:
     statistics: records.Statistics | None = None
     chunks: int = 0  # whole chunk records seen, sound or not
     remarks: list = field(default_factory=list)
+    sizes: dict = field(default_factory=dict)  # channel -> how often each size of record was met outside of chunks
+    last_message: int | None = None  # where the content of the last of these begins
     corrupted: bool = False  # bytes differ from what was written; False where the file only ends early
 
     @property
@@ -88,9 +93,20 @@ class Salvage:
         self.blocks.append(None)
 
     def add_records(self, content: bytes, trusted: bool) -> None:
-        """Take the messages and declarations of a chunk's content, up to the last whole record."""
+        """Take the messages and declarations of a chunk's content.
+
+        trusted: a checksum stands over it; else only records that fit together are taken, and what lies between is lost.
+        """
         data = np.frombuffer(content, np.uint8)
-        opcodes, starts, stops, end = list_records(data, 0, len(data))
+        if trusted:
+            self._take(content, data, *list_records(data, 0, len(data))[:3], trusted)
+            return
+        for stretch in stretches(data, set(self.channels)):
+            self._take(content, data, stretch.opcodes, stretch.starts, stretch.stops, trusted)
+            if stretch.broken:
+                self.lose("a record of a chunk without checksum has a wrong length, type or channel")
+
+    def _take(self, content, data, opcodes, starts, stops, trusted):
         for i in np.flatnonzero(np.isin(opcodes, list(_DECLARATIONS))):
             self.declare(_DECLARATIONS[opcodes[i]], content[starts[i]:stops[i]], trusted)
         chosen = (opcodes == MESSAGE) & (stops - starts >= MESSAGE_HEAD)
@@ -98,6 +114,36 @@ class Salvage:
             heads = {name: message_field(data, starts[chosen], name)
                      for name in ("channel", "sequence", "log_time", "publish_time")}
             self.blocks.append(Block(content, starts[chosen] + MESSAGE_HEAD, stops[chosen], **heads))
+
+    def add_message(self, data: np.ndarray, start: int, stop: int) -> bool:
+        """Take a message that stands outside of chunks; whether it can be one."""
+        head = data[start:start + MESSAGE_HEAD]
+        channel = int.from_bytes(head[:2].tobytes(), "little")
+        if stop - start < MESSAGE_HEAD or head[13] >= 0x80 or channel > highest(set(self.channels)):
+            return False
+        self.sizes.setdefault(channel, Counter())[stop - start] += 1
+        self.last_message = start
+        place = np.array([start])
+        heads = {name: message_field(data, place, name) for name in ("channel", "sequence", "log_time", "publish_time")}
+        content = data[start + MESSAGE_HEAD:stop].tobytes()
+        self.blocks.append(Block(content, np.array([0]), np.array([len(content)]), **heads))
+        return True
+
+    def drop_doubtful(self, data: np.ndarray, position: int) -> int | None:
+        """Take back the message that ends at ``position``, where something is broken, if no other has its size.
+
+        Returns where its payload begins; None where it may stay.
+        """
+        start = self.last_message
+        if start is None or not self.blocks or self.blocks[-1] is None:
+            return None
+        size = int.from_bytes(data[start - 8:start].tobytes(), "little")
+        sizes = self.sizes[int.from_bytes(data[start:start + 2].tobytes(), "little")]
+        if start + size != position or sizes[size] > 1 or len(sizes) == 1:
+            return None
+        self.blocks.pop()
+        del sizes[size]
+        return start + MESSAGE_HEAD
 
 
 def salvage_file(data: np.ndarray, name: str) -> Salvage:
@@ -110,7 +156,8 @@ def salvage_file(data: np.ndarray, name: str) -> Salvage:
     while position + 9 <= len(data):
         stop = _take_record(found, data, position)
         if stop is None:
-            resumed = _resume(data, position + 1)
+            doubtful = found.drop_doubtful(data, position)
+            resumed = _resume(found, data, position + 1 if doubtful is None else doubtful)
             if resumed == len(data):
                 break
             found.lose(f"{name}: damage at byte {position}")
@@ -141,22 +188,27 @@ def _take_record(found, data, position):
             found.declare(_DECLARATIONS[opcode], content, trusted=False)
         elif opcode == Opcode.HEADER:
             found.library = parse(records.Header, content).library
-        elif opcode == MESSAGE and len(content) >= MESSAGE_HEAD and found.library != LIBRARY:  # ours are all in chunks
-            found.add_records(data[position:stop].tobytes(), trusted=False)
+        elif opcode == MESSAGE and found.library != LIBRARY:  # ours are all in chunks
+            return stop if found.add_message(data, start, stop) else None
         elif opcode == Opcode.ATTACHMENT:
             record = parse(records.Attachment, content)
-            if attachment_checked(content) or content[-4:] == b"\0\0\0\0":
+            if attachment_checksum(content) is not False:
                 found.attachments.append(record)
             else:
                 found.corrupted = True
                 found.remarks.append(f"attachment '{record.name}' fails its checksum and is dropped")
         elif opcode == Opcode.METADATA:
             found.metadata.append(parse(records.Metadata, content))
-        elif not (opcode in _SKIPPED and _fits(data, position)):
+        elif not (opcode in _SKIPPED and _fits(data, position) or _is_unknown(data, opcode, stop)):
             return None
     except Damage:
         return None
     return stop
+
+
+def _is_unknown(data, opcode, stop):
+    """Whether this is a record of a type to come, or a private one: another record must follow it."""
+    return opcode > Opcode.DATA_END and stop + 9 <= len(data) and 0 < data[stop] <= Opcode.DATA_END
 
 
 def _take_chunk(found, data, start, stop):
@@ -194,15 +246,22 @@ def _fits(data, position):
         if opcode == Opcode.CHUNK:
             return ChunkRecord(data, start, stop).compression in ("", "lz4", "zstd")
         if opcode == Opcode.ATTACHMENT:
-            return attachment_checked(data[start:stop].tobytes())
+            return bool(attachment_checksum(data[start:stop].tobytes()))
         parse(records.Metadata, data[start:stop].tobytes())
     except Damage:
         return False
     return length > 8
 
 
-def _resume(data, position):
+def _resume(found, data, position):
     """Return the next place from ``position`` on where the walk can go on, or the end of the file."""
+    place = _next_checked_record(data, position)
+    if found.last_message is not None or not found.chunks and found.library != LIBRARY:
+        place = min(place, next_record(data, position, place, set(found.channels), IN_FILE))
+    return place
+
+
+def _next_checked_record(data, position):
     for begin in range(position, len(data) - 9, 1 << 20):
         part = data[begin:begin + (1 << 20) + 8]
         likely = np.flatnonzero(np.isin(part[:-8], _RESUME) & (part[8:] == 0) & (part[7:-1] == 0) & (part[6:-2] == 0))

@@ -6,17 +6,18 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-import zstandard
 from mcap import records
 
 from flight_graph.bags.blocks import Chunks, ahead, list_blocks
 from flight_graph.bags.byte_kernels import MESSAGE, MESSAGE_HEAD, read_field
+from flight_graph.bags.file_content import map_file
+from flight_graph.bags.file_kinds import refuse_other_kind
 from flight_graph.bags.mcap_file import LIBRARY, MAGIC
-from flight_graph.bags.mcap_records import Damage, Opcode, attachment_checked, list_records, message_field, parse
+from flight_graph.bags.mcap_records import Damage, Opcode, attachment_checksum, list_records, message_field, parse
 from flight_graph.bags.payloads import Payloads
 
-_FOOTER = struct.Struct("<BQQQI")
-_TAIL = _FOOTER.size + len(MAGIC)  # [bytes] footer record and end magic
+_FOOTER = struct.Struct("<QQI")  # start of summary, of its offsets, checksum
+_SHORTEST = 2 * len(MAGIC) + 9 + _FOOTER.size  # [bytes] of a file that has both ends
 _KEPT = 1 << 29  # [bytes] the payloads of a file of this size are kept when it is read; of a larger one, when asked for
 
 
@@ -52,6 +53,7 @@ class McapContents:
     room: int = 0  # [bytes] of all messages
     expected: dict = field(default_factory=dict)  # channel id -> messages, as the summary counts them
     kept: dict = field(default_factory=dict)  # topic -> Payloads
+    holder: object = None  # of a folder that must stay as long as this does
 
     def sequences(self, numbers: np.ndarray) -> np.ndarray:
         """Return (n,) uint32 sequence numbers of messages."""
@@ -101,34 +103,21 @@ class McapContents:
             self.kept[topic].add(content, start[chosen], stop[chosen] - start[chosen])
 
 
-def map_file(path: Path) -> np.ndarray:
-    """Return the file's bytes as a uint8 array that is read on demand; ``.zstd`` files (rosbag2's file compression) are
-    decompressed."""
-    if path.stat().st_size == 0:
-        return np.empty(0, np.uint8)
-    if path.suffix == ".zstd":
-        try:
-            with open(path, "rb") as file:
-                content = zstandard.ZstdDecompressor().stream_reader(file).read()
-        except zstandard.ZstdError:
-            raise Damage(f"{path.name} cannot be decompressed") from None
-        return np.frombuffer(content, np.uint8)
-    return np.memmap(path, np.uint8, mode="r").view(np.ndarray)
-
-
 def read_mcap(path: Path) -> McapContents:
-    """Read and verify a file. Raises Damage."""
+    """Read and verify a file. Raises Damage, or BagError where it is something else than an MCAP file."""
     data = map_file(path)
-    footer = _check_ends(data)
+    _check_ends(path, data)
     opcodes, starts, stops, end = list_records(data, len(MAGIC), len(data) - len(MAGIC))
     if end != len(data) - len(MAGIC) or len(opcodes) < 3 or opcodes[0] != Opcode.HEADER:
         raise Damage("its records do not fill the file")
+    if opcodes[-1] != Opcode.FOOTER or stops[-1] - starts[-1] < _FOOTER.size:
+        raise Damage("its footer cannot be read")
     data_ends = np.flatnonzero(opcodes == Opcode.DATA_END)
     if len(data_ends) != 1:
         raise Damage("the end of its data section is missing")
     split = int(data_ends[0])
     contents = McapContents(library=parse(records.Header, _bytes(data, starts[0], stops[0])).library)
-    contents.checked = _check_sums(data, contents.library, int(starts[split]), int(stops[split]), footer)
+    contents.checked = _check_sums(data, contents.library, (int(starts[split]), int(stops[split])), int(starts[-1]))
     contents.expected = _expected(data, opcodes[split + 1:-1], starts[split + 1:-1], stops[split + 1:-1])
     chunks = _read_data(contents, data, opcodes[1:split], starts[1:split], stops[1:split])
     _check_summary(contents, chunks, data, opcodes[split + 1:-1], starts[split + 1:-1], stops[split + 1:-1])
@@ -139,27 +128,30 @@ def _bytes(data, start, stop):
     return data[int(start):int(stop)].tobytes()
 
 
-def _check_ends(data):
-    if len(data) < len(MAGIC) + _TAIL or _bytes(data, 0, 8) != MAGIC:
-        raise Damage("it is no MCAP file" if len(data) >= 8 else "the file is cut off at its beginning")
-    if _bytes(data, len(data) - 8, len(data)) != MAGIC:
+def _check_ends(path, data):
+    if not MAGIC.startswith(_bytes(data, 0, 8)):
+        refuse_other_kind(path, _bytes(data, 0, 128))
+        raise Damage("its beginning is no MCAP file's")
+    if len(data) < 8:
+        raise Damage("the file is cut off at its beginning" if len(data) else "the file is empty")
+    if len(data) < _SHORTEST or _bytes(data, len(data) - 8, len(data)) != MAGIC:
         raise Damage("it ends without a footer (the recorder was stopped, or the file is cut off)")
-    opcode, length, *footer = _FOOTER.unpack(_bytes(data, len(data) - _TAIL, len(data) - 8))
-    if opcode != Opcode.FOOTER or length != 20:
-        raise Damage("its footer cannot be read")
-    return footer
 
 
-def _check_sums(data, library, end_start, end_stop, footer):
-    """Verify the checksums of the data section and the summary; return whether the data section has one."""
-    summary_start, _, summary_crc = footer
-    if end_stop - end_start != 4 or summary_start != (0 if end_stop == len(data) - _TAIL else end_stop):
+def _check_sums(data, library, data_end, footer_start):
+    """Verify the checksums of the data section and the summary; return whether the data section has one.
+
+    data_end: bounds of the content of its last record; footer_start: of the footer's content.
+    """
+    end_start, end_stop = data_end
+    summary_start, _, summary_crc = _FOOTER.unpack(_bytes(data, footer_start, footer_start + _FOOTER.size))
+    if end_stop - end_start < 4 or summary_start and not end_stop <= summary_start <= footer_start - 9:
         raise Damage("its footer does not point behind its data section")
-    data_crc = int.from_bytes(_bytes(data, end_start, end_stop), "little")
+    data_crc = int.from_bytes(_bytes(data, end_start, end_start + 4), "little")
     ours = library == LIBRARY
     if (data_crc or ours) and zlib.crc32(data[:end_start - 9]) != data_crc:
         raise Damage("its data section fails its checksum")
-    if (summary_crc or ours) and zlib.crc32(data[end_stop:len(data) - 12]) != summary_crc:
+    if (summary_crc or ours) and zlib.crc32(data[summary_start or end_stop:footer_start + 16]) != summary_crc:
         raise Damage("its summary fails its checksum")
     return bool(data_crc)
 
@@ -178,7 +170,7 @@ def _read_data(contents, data, opcodes, starts, stops):
     for i in np.flatnonzero(~np.isin(opcodes, (Opcode.CHUNK, Opcode.MESSAGE_INDEX, MESSAGE))):
         opcode, raw = opcodes[i], _bytes(data, starts[i], stops[i])
         if opcode == Opcode.ATTACHMENT:
-            if raw[-4:] != b"\0\0\0\0" and not attachment_checked(raw):
+            if attachment_checksum(raw) is False:
                 raise Damage("an attachment fails its checksum")
             contents.attachments.append(parse(records.Attachment, raw))
         elif opcode == Opcode.METADATA:
@@ -196,7 +188,7 @@ def _read_data(contents, data, opcodes, starts, stops):
         if contents.room <= _KEPT:
             contents.keep(content, table)
         tables.append(table)
-    contents.messages = _joined(tables)
+    contents.messages = joined_tables(tables)
     unknown = set(np.unique(contents.messages.channel).tolist()) - set(contents.channels)
     if unknown:
         raise Damage(f"it holds messages of a channel {unknown.pop()} that it does not declare")
@@ -207,7 +199,7 @@ def _read_block(block, verify):
     """Return (content, [(opcode, content) of a record that is no message], table of the messages) of a block."""
     content = block.load(verify)
     declared, bounds = ([], block.bounds) if block.bounds else _read_chunks(content, block.chunk_sizes)
-    return content, declared, _table(content, *bounds)
+    return content, declared, message_table(content, *bounds)
 
 
 def _read_chunks(content, sizes):
@@ -231,14 +223,14 @@ def _declare(contents, opcode, raw):
                 raise Damage(f"it declares {kind.__name__.lower()} {record.id} in two ways")
 
 
-def _table(content, starts, stops):
+def message_table(content, starts, stops):
     if (stops - starts < MESSAGE_HEAD).any():
         raise Damage("a message is too short")
     return (starts + MESSAGE_HEAD, stops, message_field(content, starts, "channel"),
             message_field(content, starts, "log_time"))
 
 
-def _joined(tables):
+def joined_tables(tables):
     nothing = np.empty(0, np.int64)
     tables = [(nothing, nothing, nothing.astype(np.uint16), nothing.astype(np.uint64)), *tables]
     start, stop, channel, log_time = (np.concatenate(column) for column in zip(*tables))
@@ -256,9 +248,12 @@ def _check_summary(contents, chunks, data, opcodes, starts, stops):
             raise Damage("a chunk index is too short")
         read_field(data, starts[is_index], 16, 8, place["start"])
         read_field(data, starts[is_index], 24, 8, place["length"])
-        order = np.argsort(place["start"], kind="stable")
-        found = np.stack((chunks.start - 9, chunks.stop - chunks.start + 9))
-        if not np.array_equal(np.stack((place["start"], place["length"]))[:, order], found):
+        ours = contents.library == LIBRARY
+        at = np.searchsorted(chunks.start, place["start"] + 9)  # chunks that no index names may be there as well
+        fits = at < len(chunks.start)
+        at[~fits] = 0
+        if not fits.all() or (chunks.start[at] != place["start"] + 9).any() or (ours and len(at) != len(chunks.start)) or (
+                chunks.stop[at] - place["start"] != place["length"]).any():
             raise Damage("its index does not fit its chunks")
     for i in np.flatnonzero(~is_index):
         raw = _bytes(data, starts[i], stops[i])

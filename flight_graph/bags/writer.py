@@ -35,10 +35,11 @@ _HEAD = struct.Struct("<BQHIQQ")
 class Topic:
     """A topic of an open bag; made by `BagWriter.add_topic`."""
 
-    __slots__ = ("id", "name", "type_name", "type_hash", "qos_text", "count", "marks")
+    __slots__ = ("id", "name", "type_name", "type_hash", "qos_text", "encoding", "count", "marks")
 
-    def __init__(self, number, name, type_name, type_hash, text):
+    def __init__(self, number, name, type_name, type_hash, text, encoding="cdr"):
         self.id, self.name, self.type_name, self.type_hash, self.qos_text = number, name, type_name, type_hash, text
+        self.encoding = encoding
         self.count = 0
         self.marks = []  # of the open chunk: log time, offset, log time, offset, ...
 
@@ -55,7 +56,7 @@ class BagWriter:
         self.path = self.folder / f"{self.folder.resolve().name}_0.mcap"
         self._lock, self._flush_lock = threading.Lock(), threading.Lock()
         self._chunk, self._ordinal, self._journaled, self._synced = bytearray(), 0, 0, 0
-        self._topics, self._schemas = {}, {}
+        self._channels, self._schemas = [], {}
         self._failure, self._closed = None, False
         _make_folder(self.folder, overwrite)
         try:
@@ -76,20 +77,32 @@ class BagWriter:
         qos: a profile, or rosbag2's YAML text of it. message, encoding: definition of a type that is not standard.
         """
         message = message or standard_definition(type_name)
+        text = qos if isinstance(qos, str) else qos_text(qos)
         with self._lock:
             self._check()
-            if name in self._topics:
+            if any(topic.name == name for topic in self._channels):
                 raise BagError(f"bag '{self.folder}' already has the topic '{name}'")
-            if type_name not in self._schemas:
-                schema = records.Schema(len(self._schemas) + 1, message.text.encode(), encoding, type_name)
-                self._chunk += self._guard(self._mcap.add, schema)
-                self._schemas[type_name] = schema
-            text = qos if isinstance(qos, str) else qos_text(qos)
-            topic = Topic(len(self._topics) + 1, name, type_name, message.type_hash, text)
-            self._chunk += self._guard(self._mcap.add, records.Channel(
-                topic.id, name, "cdr", {"offered_qos_profiles": text, "topic_type_hash": message.type_hash},
-                self._schemas[type_name].id))
-            self._topics[name] = topic
+        return self.add_channel(name, "cdr", {"offered_qos_profiles": text, "topic_type_hash": message.type_hash},
+                                (type_name, encoding, message.text.encode()))
+
+    def add_channel(self, name: str, encoding: str, metadata: dict, schema: tuple | None) -> Topic:
+        """Declare a channel as another bag has it; a topic may have several.
+
+        encoding: of its messages; schema: (name, encoding, data), or None where it has none.
+        """
+        with self._lock:
+            self._check()
+            number = 0
+            if schema is not None:
+                if schema not in self._schemas:
+                    self._schemas[schema] = len(self._schemas) + 1
+                    type_name, kind, data = schema
+                    self._chunk += self._guard(self._mcap.add, records.Schema(self._schemas[schema], data, kind, type_name))
+                number = self._schemas[schema]
+            topic = Topic(len(self._channels) + 1, name, schema[0] if schema else "",
+                          metadata.get("topic_type_hash", ""), metadata.get("offered_qos_profiles", ""), encoding)
+            self._chunk += self._guard(self._mcap.add, records.Channel(topic.id, name, encoding, dict(metadata), number))
+            self._channels.append(topic)
         return topic
 
     def write(self, topic: Topic, stamp_ns: int, payload) -> None:
@@ -175,12 +188,11 @@ class BagWriter:
         try:
             with self._lock:
                 self._check()
-                if any(topic.marks for topic in self._topics.values()):
+                if any(topic.marks for topic in self._channels):
                     self._end_chunk()
                 content = describe(
                     self.path.name,
-                    [TopicDescription(t.name, t.type_name, t.qos_text, t.type_hash, t.count)
-                     for t in self._topics.values()],
+                    _described(self._channels),
                     self._mcap.start_ns, self._mcap.end_ns)
                 self._guard(self._mcap.add_metadata, "rosbag2", {"serialized_metadata": to_yaml(content)})
                 self._guard(self._mcap.finish)
@@ -229,10 +241,10 @@ class BagWriter:
         self._journal.close()
 
     def _end_chunk(self):
-        marks = {topic.id: topic.marks for topic in self._topics.values() if topic.marks}
+        marks = {topic.id: topic.marks for topic in self._channels if topic.marks}
         content = bytes(self._chunk)
         self._guard(self._mcap.add_chunk, content, marks)
-        for topic in self._topics.values():
+        for topic in self._channels:
             topic.marks = []
         self._chunk = bytearray()
         self._ordinal += 1
@@ -250,6 +262,16 @@ class BagWriter:
         except OSError as error:
             self._failure = BagError(_sentence(self.folder, error))
             raise self._failure from error
+
+
+def _described(channels):
+    """The channels as metadata.yaml lists them: one entry a topic."""
+    found = {}
+    for channel in channels:
+        first, count = found.get(channel.name, (channel, 0))
+        found[channel.name] = first, count + channel.count
+    return [TopicDescription(first.name, first.type_name, first.qos_text, first.type_hash, count, first.encoding)
+            for first, count in found.values()]
 
 
 def _make_folder(folder: Path, overwrite: bool):

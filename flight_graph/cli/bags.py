@@ -27,10 +27,17 @@ def register(app: typer.Typer) -> None:
         export)
 
 
-def topic_names(given: list[str] | None) -> list[str] | None:
-    """``--topics`` as full names; None: all."""
+def topic_names(given: list[str] | None, *bags) -> list[str] | None:
+    """``--topics`` as the names have it in the bags (with or without their first slash); None: all. Raises FlightError."""
     names = [name.strip() for text in given or [] for name in text.split(",") if name.strip()]
-    return [f"/{name.lstrip('/')}" for name in names] or None
+    known = {name: None for bag in bags for name in bag.topics}
+    found = []
+    for name in names:
+        other = name[1:] if name.startswith("/") else f"/{name}"
+        if name not in known and other not in known:
+            raise unknown("topic", name, known, " and ".join(str(bag.path) for bag in bags))
+        found.append(name if name in known else other)
+    return found or None
 
 
 def info(
@@ -49,10 +56,12 @@ def info(
         return
     seconds = (content.end_ns - content.start_ns) / 1e9
     topics = [{"topic": topic.name, "type": topic.type_name, "count": topic.count,
-               "rate_hz": _mean_rate(content.stamps_ns(topic.name))} for topic in content.topics.values()]
+               "rate_hz": _mean_rate(content.stamps_ns(topic.name)), "encoding": topic.encoding,
+               "problem": _problem(content, topic)} for topic in content.topics.values()]
     report = {"bag": str(bag), "start_ns": content.start_ns, "duration_s": seconds, "topics": topics,
               "checked": content.checked,
-              "metadata": dict(content.metadata), "attachments": list(content.attachments)}
+              "metadata": dict(content.metadata), "attachments": [record.name for record in content.all_attachments],
+              "remarks": content.remarks}
     if as_json:
         print(json.dumps(report))
         return
@@ -62,18 +71,32 @@ def info(
         table.add_row(topic["topic"], topic["type"], str(topic["count"]),
                       f"{topic['rate_hz']:g}" if topic["rate_hz"] else "")
     console.print(table)
-    for name, entries in report["metadata"].items():
-        if name not in _HIDDEN:
-            console.print(f"{name}: " + ", ".join(f"{key} {value}" for key, value in dict(entries).items()),
+    for topic in topics:
+        if topic["problem"]:
+            console.print(f"not decoded: {topic['topic']} {topic['problem']}", highlight=False, markup=False)
+    for record in content.all_metadata:
+        if record.name not in _HIDDEN:
+            console.print(f"{record.name}: " + ", ".join(f"{key} {value}" for key, value in record.metadata.items()),
                           highlight=False, markup=False)
     console.print("attachments: " + ", ".join(report["attachments"]), highlight=False, markup=False)
 
 
 def tell_unchecked(*bags) -> None:
-    """Say on standard error which bags have messages that no checksum stands over; ours all have one."""
+    """Say on standard error what is to be known of bags, and which have messages that no checksum stands over."""
     for bag in bags:
+        for remark in bag.remarks:
+            status(remark)
         if not bag.checked:
             status(f"{bag.path}: it carries no checksums, so damage that keeps its messages' form cannot be seen")
+
+
+def _problem(content, topic):
+    """Why a topic's messages cannot be decoded; nothing where they can."""
+    try:
+        content.field_trees(topic.name)
+    except FlightError as error:
+        return topic.problem or str(error).partition(f"'{topic.name}': ")[2]
+    return ""
 
 
 def _mean_rate(stamps):
@@ -139,10 +162,7 @@ def diff(
     from flight_graph.bags.reader import read_bag
     with working(f"comparing {bag_a} and {bag_b}", not as_json):
         a, b = read_bag(bag_a), read_bag(bag_b)
-        for name in topic_names(topics) or []:
-            if name not in a and name not in b:
-                raise unknown("topic", name, {**a.topics, **b.topics}, f"{bag_a} and {bag_b}")
-        found = compare(a, b, topic_names(topics))
+        found = compare(a, b, topic_names(topics, a, b))
     tell_unchecked(a, b)
     equal = all(topic.equal for topic in found)
     if as_json:
@@ -164,18 +184,26 @@ def export(
     out: Annotated[Path | None, typer.Option(help="Folder of the tables; BAG_tables when left out.")] = None,
     topics: Topics = None, as_json: Json = False,
 ) -> None:
-    """Write one table a topic, with named and unit-labelled columns."""
+    """Write one table a topic, with named and unit-labelled columns.
+
+    A topic that cannot be read is named, the others are written, and the status is 1.
+    """
     from flight_graph.bags.export import export as write
     from flight_graph.bags.reader import read_bag
     with working(f"writing {to} tables of {bag}", not as_json):
         content = read_bag(bag)
-        paths = write(content, out or _beside(bag, "_tables"), to, topic_names(topics))
+        done = write(content, out or _beside(bag, "_tables"), to, topic_names(topics, content))
     tell_unchecked(content)
     if as_json:
-        print(json.dumps({"bag": str(bag), "format": to, "files": [str(path) for path in paths]}))
-        return
-    for path in paths:
-        print(f"{path} ({number(path.stat().st_size / 1e6)} MB)")
+        print(json.dumps({"bag": str(bag), "format": to, "files": [str(path) for path in done.paths],
+                          "problems": done.problems}))
+    else:
+        for path in done.paths:
+            print(f"{path} ({number(path.stat().st_size / 1e6)} MB)")
+        for sentence in done.problems.values():
+            status(f"not exported: {sentence}")
+    if done.problems:
+        raise typer.Exit(1)
 
 
 def _beside(bag: Path, ending: str) -> Path:

@@ -28,11 +28,12 @@ def check(
     wrong = any(report.mistakes for report in reports)
     if as_json:
         print(json.dumps({"correct": not wrong, "components": [
-            {"component": report.name, "parts": report.parts, "mistakes": report.mistakes} for report in reports]}))
+            {"component": report.name, "parts": report.parts, "remark": report.remark, "mistakes": report.mistakes}
+            for report in reports]}))
     else:
         for report in reports:
             lines = [mistake["sentence"] for mistake in report.mistakes] or [
-                f"{report.name}: correct ({', '.join(report.parts)})"]
+                f"{report.name}: correct ({', '.join(report.parts)}{'; ' if report.remark else ''}{report.remark})"]
             for line in lines:
                 console.print(line, markup=False, highlight=False)
     if wrong:

@@ -1,11 +1,12 @@
 """flight verify, replay, play: a bag run again, one component on its inputs, and a bag published live."""
 
 import json
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from flight_graph.cli.bags import BagPath, Topics, tell_unchecked, topic_names
+from flight_graph.cli.bags import BagPath, Topics, tell_unchecked
 from flight_graph.cli.scenarios import CheckBounds, Json, parse_settings, prepare_engine
 from flight_graph.cli.show import console, fields_table, status, steps
 from flight_graph.errors import FlightError
@@ -82,10 +83,20 @@ def play(
     loop: Annotated[bool, typer.Option("--loop", help="Begin again at the end, until Ctrl-C.")] = False,
     start: Annotated[float, typer.Option(min=0.0, help="Begin this many seconds into the bag.")] = 0.0,
     topics: Topics = None,
+    remap: Annotated[list[str] | None, typer.Option("--remap", help="old:=new, a topic's name; may be repeated.")] = None,
+    qos_overrides: Annotated[Path | None, typer.Option(
+        help="A YAML file as ros2 bag play takes it: topic: {reliability: best_effort, depth: 10}.")] = None,
+    clock: Annotated[float, typer.Option(help="Rate of /clock between messages [Hz].")] = 40.0,
+    longest_gap: Annotated[float, typer.Option(
+        help="A longer stretch without messages [s of the recording] is passed over; inf plays all.")] = 60.0,
 ) -> None:
-    """Publish a bag to live ROS topics, with /clock, for viewers. Any rosbag2 MCAP bag can be played."""
+    """Publish a bag to live ROS topics, with /clock, for viewers and nodes. Any bag of rosbag2 can be played.
+
+    From a terminal: space pauses and resumes, s or the right arrow plays the next message, up and down change the rate.
+    """
     from flight_graph.replays.play import Schedule
-    schedule = Schedule.of(bag, rate, start, topic_names(topics))
+    chosen = [name.strip() for text in topics or [] for name in text.split(",") if name.strip()] or None
+    schedule = Schedule.of(bag, rate, start, chosen, remap or (), qos_overrides, clock, longest_gap)
     try:
         from flight_graph.ros import player
     except ModuleNotFoundError as error:

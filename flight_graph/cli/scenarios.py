@@ -150,7 +150,10 @@ def overrides(scenario, settings, params=None, seed=None, duration=None) -> dict
         from flight_graph.graphs import scenario as scenarios
         data, _, folder = scenarios.read(scenario)
         for path in params:
-            found.update(parameter_file.overrides(path, data["components"], folder))
+            values, remarks = parameter_file.overrides(path, data["components"], folder)
+            found.update(values)
+            for remark in remarks:
+                status(f"warning: {remark}; this section is left out")
     found.update(parse_settings(settings))
     if seed is not None:
         found["seed"] = seed

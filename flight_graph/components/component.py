@@ -7,10 +7,10 @@ A component is a class that is never instantiated. One of two forms:
   the state alone (a plant); ``update`` moves the state from t to t + period with the inputs of t held.
 
 A part made with `flight_math.kernel` gets views of its records: fields read and assigned as values (docs/values.md). One
-that would take more than seven arguments is written ``kernel(t_ns, p, x, inputs, outputs)``, ``output(t_ns, p, x, outputs)``,
-``update(t_ns, p, x, inputs)``: named tuples of views, ``inputs.odometry``.
+that would take more than seven arguments is written ``kernel(t_ns, p, x, inputs, outputs)``,
+``output(t_ns, p, x, outputs)``, ``update(t_ns, p, x, inputs)``: named tuples of views, ``inputs.odometry``.
 
-``start(parameters, state)`` prepares the state once. ``t_ns`` counts from the epoch of the run. The executor stamps every
+``start(parameters, state)`` prepares the state once. ``t_ns`` counts from the start of the run. The executor stamps every
 output before the kernel runs, so ``same_stamp(input.header.stamp, output.header.stamp)`` tells whether an input is new.
 An input that never arrived is zero, stamp included.
 """

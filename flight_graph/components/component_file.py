@@ -5,6 +5,7 @@ import importlib.util
 import re
 import sys
 from pathlib import Path
+from types import ModuleType
 
 from flight_graph.components.component import Component
 from flight_graph.components.findings import nearest, shown
@@ -82,6 +83,8 @@ def _sentence(error, path, names):
         hint = f"; write {instead} at the top of the file" if instead else (
             f"; {near}" if near.startswith("did you mean") else "")
         return f"{place}there is no name '{error.name}' here{hint}"
+    if isinstance(error, AttributeError) and isinstance(error.obj, ModuleType):
+        return f"{place}{error.obj.__name__} has no '{error.name}'; {nearest(error.name, dir(error.obj))}"
     return place + said(error)
 
 

@@ -1,5 +1,6 @@
 """What a component's class declares, checked when the class is made: ports, records, parts, rates, faults."""
 
+import difflib
 import inspect
 import pkgutil
 import sys
@@ -13,7 +14,7 @@ from msg_schemas.signal import Signal
 
 PARTS = ("start", "kernel", "output", "update")
 METHODS = ("resolve", "tables", "check", "warnings")
-_TAKEN = ("t_ns", "p", "x")
+_TAKEN = ("t_ns", "p", "x", "inputs", "outputs")
 
 
 def check(cls: type) -> None:
@@ -32,28 +33,40 @@ def check(cls: type) -> None:
 
 
 def _check_names(cls):
-    """Names that a class declares though no component has them, when they look like one it has."""
-    known = [name for name in dir(cls.__mro__[-2]) if not name.startswith("_")]
+    """Names that no component declares, where they look like one that this class leaves out and hold what that would."""
     for name, value in vars(cls).items():
-        if name.startswith("_") or name in known or isinstance(value, (classmethod, staticmethod, property)):
-            continue
-        hint = nearest(name, known, "")
-        if hint.startswith("did you mean") and not inspect.isfunction(value):
+        meant = [word for word in _held_by(value) if word not in vars(cls)]
+        hint = nearest(name, meant, "")
+        if not hasattr(cls.__mro__[-2], name) and hint.startswith("did you mean"):
             refuse(cls, name, f"no component declares this; {hint}")
     for name in METHODS:
         if inspect.isfunction(vars(cls).get(name)):
             refuse(cls, name, "write @classmethod above it; a component's class is never instantiated")
 
 
+def _held_by(value) -> tuple:
+    """The declarations that hold things like this."""
+    if isinstance(value, type):
+        return ("parameters",) if issubclass(value, Parameters) else ("state",) if issubclass(value, State) else ()
+    if isinstance(value, dict) and value:
+        if all(isinstance(signal, Signal) for signal in value.values()):
+            return "inputs", "outputs"
+        return ("faults",) if all(isinstance(code, int) for code in value) else ("output_rate_hz",)
+    if hasattr(value, "py_func"):
+        return PARTS
+    return ("rate_hz",) if isinstance(value, (int, float)) else ("optional_inputs",) if isinstance(value, tuple) else ()
+
+
 def _check_ports(cls, declaration):
     ports = getattr(cls, declaration)
     if not isinstance(ports, dict):
-        refuse(cls, declaration, f"{ports!r} is not allowed; allowed: {{'port': SIGNAL, ...}}")
+        refuse(cls, declaration, f"a {type(ports).__name__} is not allowed; allowed: {{'port': SIGNAL, ...}}")
     for port, signal in ports.items():
         if not isinstance(port, str) or not port.isidentifier():
             refuse(cls, declaration, f"{port!r} is no name of a port; allowed: letters, digits and underscores")
         if port in _TAKEN:
-            refuse(cls, declaration, f"'{port}' is no name for a port: a kernel's first arguments are t_ns, p, x")
+            refuse(cls, declaration, f"'{port}' is no name for a port: a kernel's own arguments are "
+                                      f"{', '.join(_TAKEN)}")
         if not isinstance(signal, Signal):
             refuse(cls, declaration, f"'{port}' is {_not_a_signal(signal)}")
 
@@ -66,9 +79,8 @@ def _not_a_signal(value):
     topic = value.lstrip("/")
     if topic in known:
         return f"the text {value!r}; a port takes a Signal: {known[topic]}"
-    hint = nearest(topic, known, "")
-    near = [f"{known[name]} carries '{name}'" for name in known if f"'{name}'" in hint][:2]
-    return f"the text {value!r}; {'; '.join([example, *near])}"
+    near = difflib.get_close_matches(topic, known, 1)
+    return f"the text {value!r}; " + (f"a port takes a Signal: {known[near[0]]} carries '{near[0]}'" if near else example)
 
 
 def _signals():
@@ -99,7 +111,7 @@ def _check_parts(cls):
         function = getattr(cls, part)
         if function is not None and not callable(function):
             meant = f"; did you mean '{part}s'?" if part == "output" else ""
-            refuse(cls, part, f"{function!r} is no function{meant or '; it takes a function under @kernel'}")
+            refuse(cls, part, f"a {type(function).__name__} is no function{meant or '; it takes a function under @kernel'}")
     if cls.kernel is not None and (cls.output is not None or cls.update is not None):
         refuse(cls, "kernel", "a component has either a kernel, or an output and an update (a plant); this one has both")
     if cls.kernel is None and cls.output is None and cls.update is None:

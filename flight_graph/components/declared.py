@@ -2,13 +2,13 @@
 
 from pathlib import Path
 
-from flight_graph.components.findings import nearest, shown
+from flight_graph.components.findings import ComponentMistake, nearest, shown
 from flight_graph.components.places import declaration, innermost, said
 from flight_graph.errors import FlightError
 
 
 def call(component, name: str, *arguments):
-    """``component.name(*arguments)``. Raises FlightError."""
+    """``component.name(*arguments)``. Raises FlightErrors of the class's own; of any other exception ComponentMistake."""
     try:
         return getattr(component, name)(*arguments)
     except FlightError:
@@ -21,7 +21,7 @@ def call(component, name: str, *arguments):
         if isinstance(error, KeyError) and error.args and error.args[0] not in known:
             what = f"there is no parameter {error.args[0]!r}; {nearest(str(error.args[0]), known)}"
         place = f"{shown(path)}:{line}: " if path else ""
-        raise FlightError(f"{place}{component.__name__}.{name}: {what}") from error
+        raise ComponentMistake(f"{place}{component.__name__}.{name}: {what}") from error
 
 
 def resolved(component, values: dict, where: str, folder: Path | None) -> dict:
@@ -33,14 +33,14 @@ def resolved(component, values: dict, where: str, folder: Path | None) -> dict:
     path, line = declaration(component, "resolve")
     place = f"{shown(path)}:{line}: {component.__name__}.resolve: "
     if not isinstance(found, dict):
-        raise FlightError(f"{place}it returns {found!r}; it returns the values to run with: {{**values, ...}}")
+        raise ComponentMistake(f"{place}it returns {found!r}; it returns the values to run with: {{**values, ...}}")
     for name in found:
         if name not in component.parameters.entries:
-            raise FlightError(f"{place}it returns a parameter '{name}' that there is not; "
+            raise ComponentMistake(f"{place}it returns a parameter '{name}' that there is not; "
                               f"{nearest(str(name), component.parameters.entries)}")
     found = {name: value.tolist() if hasattr(value, "tolist") else value for name, value in found.items()}
     missing = [name for name in component.parameters.entries if name not in found]
     if missing:
-        raise FlightError(f"{place}it leaves out {', '.join(missing)}; it returns all values: {{**values, ...}}")
+        raise ComponentMistake(f"{place}it leaves out {', '.join(missing)}; it returns all values: {{**values, ...}}")
     call(component, "check", found, where.removesuffix(".parameters"))
     return found

@@ -4,6 +4,12 @@ import difflib
 from dataclasses import dataclass
 from pathlib import Path
 
+from flight_graph.errors import FlightError
+
+
+class ComponentMistake(FlightError):
+    """A component that is wrong in itself, whatever its parameters are."""
+
 
 @dataclass(frozen=True)
 class Finding:

@@ -3,43 +3,84 @@
     /**/controller:
       ros__parameters: {lambda_a: 0.03, rate_hz: 50.0}
 
-The last part of a section's name is a component of the scenario, or the executable that a component is; ``/**`` alone
-means every component that has the parameter.
+A section's name is matched as rcl does it: ``*`` stands for one part of a node's full name, ``**`` for any number of them.
+A node is meant by its name in the scenario or by the executable that it is; a section without a namespace means it in any.
+A section of wildcards alone sets each parameter where there is one of that name.
 """
 
+import re
 from pathlib import Path
 from typing import Any
 
 import yaml
 
 from flight_graph.components import registry
-from flight_graph.errors import FlightError
+from flight_graph.errors import FlightError, unknown
+
+_ALSO = ("rate_hz",)  # keys of a component besides its parameters
+_OF_EVERY_NODE = ("use_sim_time",)  # what files for ROS set and a scenario has no need of
 
 
-def overrides(path: Path, components: dict[str, dict], folder: Path | None = None) -> dict[str, Any]:
-    """Return ``component.parameter`` -> value. components: the scenario's entries by name. Raises FlightError."""
+def overrides(path: Path, components: dict[str, dict], folder: Path | None = None) -> tuple[dict[str, Any], list[str]]:
+    """Return ``component.parameter`` -> value, and sentences on what is left out. Raises FlightError.
+
+    components: the scenario's entries by name.
+    """
+    sections = _read(path)
+    found, remarks = {}, []
+    for section, entry in sections.items():
+        values = {key: value for key, value in _flat(entry["ros__parameters"]).items() if key not in _OF_EVERY_NODE}
+        matched = [name for name, declared in components.items() if _means(section, name, _executable(declared))]
+        if not matched:
+            remarks.append(f"--params {path}: {unknown('component', section.rpartition('/')[2], components, section)}")
+        known = {name: {*_entries(components[name], folder), *_ALSO} for name in matched}
+        for key, value in values.items():
+            having = [name for name in matched if key in known[name]]
+            if matched and not having:
+                everywhere = sorted(set().union(*known.values()))
+                raise unknown("parameter", key, everywhere, f"--params {path}: {section}")
+            found.update({f"{name}.{key}": value for name in having})
+    if not found:
+        raise FlightError(f"--params {path}: none of its sections ({', '.join(sections)}) means a component of this "
+                          f"scenario ({', '.join(components)})")
+    return found, remarks
+
+
+def _read(path):
     try:
         data = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
         raise FlightError(f"--params {path}: {error.strerror.lower()}") from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
+    except (yaml.YAMLError, UnicodeDecodeError, RecursionError) as error:
         raise FlightError(f"--params {path}: this is no YAML: {' '.join(str(error).split())}") from None
     if not isinstance(data, dict) or not data or not all(
             isinstance(entry, dict) and isinstance(entry.get("ros__parameters"), dict) for entry in data.values()):
         raise FlightError(f"--params {path}: this is no ROS parameter file (node name: ros__parameters: name: value)")
+    return {str(section): entry for section, entry in data.items()}
+
+
+def _flat(values, prefix=""):
+    """Nested parameters by their dotted names."""
     found = {}
-    for section, entry in data.items():
-        name = str(section).rpartition("/")[2]
-        for component, declared in components.items():
-            use = str((declared or {}).get("use", ""))
-            if name not in (component, use.rpartition("/")[2], "**"):
-                continue
-            values = entry["ros__parameters"]
-            if name == "**":
-                known = registry.component(use, folder).parameters.entries
-                values = {key: value for key, value in values.items() if key in known or key == "rate_hz"}
-            found.update({f"{component}.{key}": value for key, value in values.items()})
-    if not found:
-        raise FlightError(f"--params {path}: none of its sections ({', '.join(map(str, data))}) means a component of "
-                          f"this scenario ({', '.join(components)})")
+    for key, value in values.items():
+        found.update(_flat(value, f"{prefix}{key}.") if isinstance(value, dict) else {f"{prefix}{key}": value})
     return found
+
+
+def _means(section: str, *names: str) -> bool:
+    """Whether a section means a node that has one of these names."""
+    parts = [part for part in section.split("/") if part]
+    if not parts:
+        return False
+    if len(parts) == 1 or "*" not in section:  # a name, in whatever namespace it runs
+        parts = ["**", parts[-1]]
+    pattern = "".join({"**": "(?:/[^/]+)*", "*": "/[^/]+"}.get(part, "/" + re.escape(part)) for part in parts)
+    return any(re.fullmatch(pattern, f"/{name}") for name in names)
+
+
+def _executable(declared):
+    return str((declared or {}).get("use", "")).rpartition("/")[2] or " "
+
+
+def _entries(declared, folder):
+    return registry.component(registry.absolute(str((declared or {}).get("use", "")), folder)).parameters.entries

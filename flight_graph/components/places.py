@@ -6,9 +6,8 @@ import sys
 import traceback
 from pathlib import Path
 
-from flight_graph.components.findings import shown
+from flight_graph.components.findings import ComponentMistake, shown
 from flight_graph.components.sources import tree
-from flight_graph.errors import FlightError
 
 _LIBRARY = ("flight_graph", "flight_math", "msg_schemas")
 _PACKAGES = ("cubli_ros", "spacerobot_ros", "lander_ros", "sim_nodes")
@@ -16,10 +15,10 @@ _PYTHON = Path(ast.__file__).parent  # its own library
 
 
 def refuse(cls: type, name: str, what: str) -> None:
-    """Raise FlightError for a declaration of a class: ``file:line: Class.name: what``."""
+    """Raise ComponentMistake for a declaration of a class: ``file:line: Class.name: what``."""
     path, line = declaration(cls, name)
     place = f"{shown(path)}:{line}: " if path else ""
-    raise FlightError(f"{place}{cls.__name__}{'.' if name else ''}{name}: {what}")
+    raise ComponentMistake(f"{place}{cls.__name__}{'.' if name else ''}{name}: {what}")
 
 
 def declaration(cls: type, name: str = "") -> tuple[str, int]:

@@ -4,9 +4,9 @@
         lambda_a: Vec3 = field(0.041, unit="rad/s", gt=0, source="Table 2", doc="gain on the attitude error")
         law: Choice("explicit", "implicit") = field("implicit", doc="form of the law")
 
-An annotation is ``float``, ``int``, ``bool``, a ``Choice``, a kind of value (``Vec3``, ``Mat3``, ``Quaternion``, ``Vec(n)``,
-``Mat(n, m)``, ``DualQuaternion``, ``DualVector``), an array of float64 that kernels see by reference (``Array(20, 20)``), or
-``str``: a text (a file's name) for `Component.resolve`, which the kernel's record does not carry.
+An annotation is ``float``, ``int``, ``bool``, a ``Choice``, a kind of value (``Vec3``, ``Mat3``, ``Quaternion``,
+``Vec(n)``, ``Mat(n, m)``, ``DualQuaternion``, ``DualVector``), an array of float64 that kernels see by reference
+(``Array(20, 20)``), or ``str``: a text (a file's name) for `Component.resolve`, which the kernel's record does not carry.
 """
 
 import sys
@@ -17,6 +17,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, StrictBool, TypeAdapter, ValidationError
 
+from flight_graph.components.findings import nearest
 from flight_graph.components.places import refuse
 from flight_graph.errors import FlightError, unknown
 from flight_math.values import DualQuaternion, DualVector, Kinds, Mat, Mat3, Quaternion, Vec, Vec3
@@ -159,6 +160,7 @@ class Record:
                 continue
             given = cls.__dict__.get(name, field())
             given = given if isinstance(given, dict) else field(given)
+            _check_bounds(cls, name, given["bounds"])
             cls.entries[name] = _entry(name, annotation, given, cls)
         for name, value in cls.__dict__.items():
             if isinstance(value, dict) and value.keys() == field().keys() and name not in cls.entries:
@@ -176,8 +178,13 @@ class Record:
     @classmethod
     def defaults(cls) -> dict:
         """The declared defaults, as a scenario file writes them."""
-        return {name: entry.plain(np.asarray(entry.validate(entry.default, name)))
-                for name, entry in cls.entries.items()}
+        found = {}
+        for name, entry in cls.entries.items():
+            try:
+                found[name] = entry.plain(np.asarray(entry.validate(entry.default, "the default")))
+            except FlightError as error:
+                refuse(cls, name, str(error))
+        return found
 
     @classmethod
     def validate(cls, values: dict, where: str) -> dict:
@@ -216,6 +223,16 @@ class State(Record):
 
 def _pair(fmt):
     return fmt if isinstance(fmt, tuple) else (fmt,)
+
+
+def _check_bounds(cls, name, bounds):
+    """Refuse a keyword of `field` that there is not."""
+    known = ("default", "unit", "source", "doc", "gt", "ge", "lt", "le")
+    for key, bound in bounds:
+        if key not in known:
+            refuse(cls, name, f"field has no '{key}'; {nearest(key, known)}")
+        if isinstance(bound, bool) or not isinstance(bound, (int, float)):
+            refuse(cls, name, f"{key}={bound!r} is no number")
 
 
 def annotation_text(annotation) -> str:

@@ -1,21 +1,32 @@
 """Checking a component without a graph: read, compiled part by part, and run once on empty records."""
 
 import re
+import threading
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from flight_graph.components import component_file, kernel_rules, registry
+from flight_graph.components import component_file, declared, kernel_rules, registry
 from flight_graph.components.component import Component
-from flight_graph.components.findings import Finding
+from flight_graph.components.findings import ComponentMistake, Finding
+from flight_graph.components.sources import source
+from flight_graph.engines import compilation
+from flight_graph.engines.part_calls import parts
+from flight_graph.engines.single import SingleComponent
+from flight_graph.engines.stops import is_raised
 from flight_graph.errors import FlightError, unknown
+from flight_graph.graphs.graph import Node
+from flight_graph.timebase import J2000, SECOND
+
+PATIENCE_S = 10.0  # for one firing
 
 
 @dataclass
 class Report:
-    """What a check found. parts: the parts that are right; sentences: one for each mistake."""
+    """What a check found. parts: those that are right; remark: why they were not run; mistakes: one sentence each."""
 
     name: str
     parts: list[str] = field(default_factory=list)
+    remark: str = ""
     mistakes: list[dict] = field(default_factory=list)
 
     def add(self, mistake: Finding | FlightError) -> None:
@@ -58,5 +69,55 @@ def _checked(use: str, component: type[Component]) -> Report:
     for finding in kernel_rules.findings(component):
         report.add(finding)
     if not report.mistakes:
-        report.parts = [part for part in ("start", "kernel", "output", "update") if getattr(component, part) is not None]
+        try:
+            report.parts, report.remark = _run_once(use, component)
+        except FlightError as error:
+            report.add(error)
     return report
+
+
+def _run_once(use, component):
+    """Compile all parts and run each once; return them, and why they did not run. Raises FlightError."""
+    remark, values = "", None
+    try:
+        values = declared.resolved(component, component.parameters.defaults(), component.__name__, None)
+        state = component.initial_state(values)
+    except ComponentMistake:
+        raise
+    except FlightError as error:
+        remark = f"not run, for its parameters have no defaults that it takes: {error}"
+    compilation.compile_missing({use: component}, check_bounds=True)
+    if not remark:
+        single = _single(use, component, values, state)
+        for part in parts(component):
+            _run(single, component, part, state)
+    return parts(component), remark
+
+
+def _single(use, component, values, state):
+    """The component over empty records of its own."""
+    node = Node(component.__name__, use, component, values, component.rate_hz)
+    parameters = component.parameters.record(values, component.__name__)
+    parameters["period"] = node.period_ns / SECOND
+    inputs = {port: signal.new()[1] for port, signal in component.inputs.items()}
+    outputs = {port: signal.new()[1] for port, signal in component.outputs.items()}
+    return SingleComponent(node.name, use, component, parameters, state, inputs, outputs,
+                           {port: node.output_period_ns(port) for port in outputs}, J2000, check_bounds=True)
+
+
+def _run(single, component, part, state):
+    """Run one part at t = 0. Raises FlightError when an index is outside, or when it does not end."""
+    said = []
+    running = threading.Thread(target=lambda: said.append(single.call(part, 0)), daemon=True)
+    running.start()
+    running.join(PATIENCE_S)
+    name = f"{component.__name__}.{part}"
+    if not said:
+        place = source(getattr(component, part))
+        raise FlightError(str(Finding(place.path, place.tree.lineno, name, "it does not come to its end on empty inputs, "
+                                      "which is what it gets until the first messages arrive")))
+    if is_raised(int(state["fault"][0])):
+        place = re.search(r" raised (?P<what>.+) \((?P<file>.+), line (?P<line>\d+)\)$", said[0])
+        what = re.sub("^IndexError: .*", "an index is outside of its array or value", place["what"])
+        raise FlightError(str(Finding(place["file"], int(place["line"]), name, f"{what} (found in a run on empty inputs)")))
+    state["fault"] = 0  # what a kernel finds wrong with empty inputs is no mistake

@@ -8,6 +8,7 @@ import sys
 import threading
 from dataclasses import dataclass, field
 
+from flight_graph.components import kernel_rules
 from flight_graph.components.component import Component
 from flight_graph.engines import driver, parts
 from flight_graph.engines.cache import cache_folder
@@ -114,6 +115,7 @@ def _tasks(components, check_bounds):
                 seen.add(key)
                 task.jobs.append({"use": use, "part": part, "key": key, "check_bounds": check_bounds})
         if task.jobs:
+            kernel_rules.check(component)
             tasks.append(task)
     if not driver.is_ready():
         tasks.append(_Task("the driver", [{"driver": driver.key()}]))
@@ -149,7 +151,7 @@ class _Worker:
                        "NUMBA_DISABLE_JIT": "0"}
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", "flight_graph.engines.compiler"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-            text=True, env=environment)
+            encoding="utf-8", env=environment)
         threading.Thread(target=self._feed, daemon=True).start()
 
     def _feed(self):

@@ -59,6 +59,9 @@ def _place(error, component, part):
     if isinstance(error, KernelError) and error.file and is_own(component, error.file):
         return error.file, error.line
     places = [*_named(error), *_held(error)]
+    if "unify return type" in str(error):  # numba names the returns in no order: the last one is taken
+        returns = len(_PLACES.findall(str(error).partition("During: ")[0]))
+        places = sorted(places[:returns], key=lambda place: -place[1]) + places
     for path, line in places:
         if is_own(component, path):
             return path, line

@@ -2,6 +2,7 @@
 
 import re
 
+from flight_graph.components.component import kinds_of
 from flight_graph.components.findings import nearest
 
 _SIGNS = {"add": "+", "sub": "-", "mul": "*", "truediv": "/", "floordiv": "//", "mod": "%", "matmul": "@", "pow": "**",
@@ -42,17 +43,30 @@ def _shortened(text):
 
 # -- records ---------------------------------------------------------------------------------------------------------
 def _named_records(text, component):
-    """Numba's long descriptions of records replaced by what the component calls them."""
+    """Numba's names of views, and its long descriptions of records, replaced by what the component calls them."""
+    for view, name in _views(component).items():
+        text = text.replace(view, name)
+    text = re.sub(r"View\(\w+\)", "record", text)
     known = {component.parameters.dtype.names: "p", component.state.dtype.names: "x"}
     known.update({signal.dtype.names: port for port, signal in {**component.inputs, **component.outputs}.items()})
-    while (found := re.search(r"(View\()?Record\(", text)) is not None:
+    while (found := re.search(r"Record\(", text)) is not None:
         end = _closing(text, found.end())
         names = _top_names(text[found.end():end])
         title = known.get(names, f"record of {', '.join(names)}" if names else "record")
-        if found[1]:
-            end = _closing(text, end + 1)
         text = text[:found.start()] + title + text[end + 1:]
     return text
+
+
+def _views(component):
+    """Numba's names of the views of a component's records."""
+    from numba.np.numpy_support import from_dtype
+
+    from flight_math.values.compiled_views import ViewType
+    ports = {**component.inputs, **component.outputs}
+    records = {"p": (component.parameters.dtype, component.parameters.kinds),
+               "x": (component.state.dtype, component.state.kinds),
+               **{port: (signal.dtype, kinds_of(signal)) for port, signal in ports.items()}}
+    return {ViewType(from_dtype(dtype), kinds).name: name for name, (dtype, kinds) in records.items()}
 
 
 def _closing(text, start):

@@ -10,11 +10,22 @@ import math
 import operator
 
 from flight_graph.errors import FlightError, unknown
+from flight_math import elementary
+from flight_math.uncompiled import uncompiled
 
-FUNCTIONS = {"sqrt": math.sqrt, "sin": math.sin, "cos": math.cos, "tan": math.tan, "atan": math.atan, "exp": math.exp,
+
+
+def _power(base, exponent):
+    """base^exponent, the same on every machine; whole numbers stay whole."""
+    whole = isinstance(base, int) and isinstance(exponent, int)
+    return base**exponent if whole else uncompiled(elementary.power)(base, exponent)
+
+
+FUNCTIONS = {"sqrt": math.sqrt,
+             **{name: uncompiled(getattr(elementary, name)) for name in ("sin", "cos", "tan", "atan", "exp")},
              "radians": math.radians, "abs": abs, "min": min, "max": max}
 _OPERATORS = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
-              ast.Pow: operator.pow, ast.USub: operator.neg, ast.UAdd: operator.pos}
+              ast.Pow: _power, ast.USub: operator.neg, ast.UAdd: operator.pos}
 
 
 def is_expression(value) -> bool:

@@ -136,10 +136,10 @@ class Graph:
             raise FlightError(f"{where}: a delay of {edge.delay} ticks is not allowed; allowed: 0 or 1")
         source = self.signal(edge.node, edge.port)
         if source.layout != signal.layout:
+            what = "; ".join(f"{part} is {given} there, {taken} here" for part, given, taken in source.differences(signal))
             raise FlightError(
-                f"{where}: {edge.node}.{edge.port} is the wrong signal: it carries {source.topic} "
-                f"({source.type_name}, {source.size} bytes), the input takes {signal.topic} "
-                f"({signal.type_name}, {signal.size} bytes); type, names, frame and lengths must agree")
+                f"{where}: {edge.node}.{edge.port} is the wrong signal: it carries {source.topic} ({source.type_name}), "
+                f"the input takes {signal.topic} ({signal.type_name}): {what}")
 
     def _sorted_steps(self):
         steps, after = [], {}

@@ -28,8 +28,12 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
-from flight_graph import noise
 from flight_graph.errors import FlightError, unknown
+from flight_math import elementary, noise
+from flight_math.uncompiled import uncompiled
+
+cos, exp, log, sin = (uncompiled(function) for function in (
+    elementary.cos, elementary.exp, elementary.log, elementary.sin))  # a draw is the same on every machine
 
 TOP_LEVEL = ("seed", "duration_s")
 Numbers = float | list[float]
@@ -125,7 +129,7 @@ class Distribution(_Strict):
         u = float(noise.uniform(key, number, index))
         if self.uniform is not None:
             return a + (b - a) * u
-        return math.exp(math.log(a) + (math.log(b) - math.log(a)) * u)
+        return exp(log(a) + (log(b) - log(a)) * u)
 
     def _vector(self, u):
         azimuth = 2.0 * math.pi * u[0]
@@ -134,15 +138,15 @@ class Distribution(_Strict):
             length, cosine, axis = low + (high - low) * u[2], 2.0 * u[1] - 1.0, (0.0, 0.0, 1.0)
         else:
             length, axis = self.cone.length, self.cone.axis
-            cosine = (math.cos(self.cone.angle * u[1]) if self.cone.uniform_in == "angle"
-                      else 1.0 - (1.0 - math.cos(self.cone.angle)) * u[1])
+            cosine = (cos(self.cone.angle * u[1]) if self.cone.uniform_in == "angle"
+                      else 1.0 - (1.0 - cos(self.cone.angle)) * u[1])
         sine = math.sqrt(max(0.0, 1.0 - cosine * cosine))
         least = min(range(3), key=lambda i: abs(axis[i]))
         across = np.cross(axis, np.eye(3)[least])
         across /= math.sqrt(float(across[0] ** 2 + across[1] ** 2 + across[2] ** 2))
         other = np.cross(axis, across)
-        return [length * (cosine * axis[i] + sine * (math.cos(azimuth) * float(across[i])
-                                                     + math.sin(azimuth) * float(other[i]))) for i in range(3)]
+        return [length * (cosine * axis[i] + sine * (cos(azimuth) * float(across[i])
+                                                     + sin(azimuth) * float(other[i]))) for i in range(3)]
 
 
 class VaryFile(_Strict):

@@ -90,7 +90,7 @@ class RunBag:
             self.writer.metadata("flight_graph.warnings", {str(number): text for number, text in enumerate(found)})
 
     def write(self, topic: RecordedTopic, t_ns: int, payload: bytes) -> None:
-        """Append a message; t_ns counts from the epoch of the run."""
+        """Append a message; t_ns counts from the start of the run."""
         self.writer.write(self._handles["/" + topic.topic], self._scenario.epoch_ns + t_ns, payload)
 
     def write_all(self, blocks) -> None:

@@ -1,9 +1,9 @@
 """Elementary functions that give the same bits on every machine, compiled and in plain Python.
 
 Each is a fixed sequence of IEEE 754 operations (+ - * / sqrt, comparisons, integer arithmetic and bit casts): no C library,
-no fused multiply-add, no table that depends on a machine. At most one unit in the last place from the true value (tan,
-tanh, acos as well, see docs/portable.md); signed zeros, infinities and NaN as C99 Annex F says; a NaN that comes out is
-always the same one (0x7ff8000000000000). Order of evaluation is part of the definition: do not rearrange.
+no fused multiply-add, no tables. At most one unit in the last place from the true value (docs/portable.md); signed zeros,
+infinities and NaN as C99 Annex F says; a NaN that comes out is always the same one (0x7ff8000000000000). The order of
+evaluation is part of the definition: to rearrange it changes the bits, the digests in tests/portable and the golden bags.
 
 The coefficients are minimax fits made for these modules: Remez exchange in mpmath (60 digits) for the relative error of
 the whole function, each coefficient then rounded to double. The bound in the comment beside them is that of the rounded

@@ -21,7 +21,11 @@ C1, C2, C3, C4, C5, C6 = (0.041666666666666595, -0.0013888888888873342, 2.480158
 
 @inlined
 def _reduced(a):
-    """a - n pi/2 in two parts, and n; 0 <= a <= LARGEST."""
+    """a - n pi/2 in two parts, and n (its last two bits at least); 0 <= a < inf."""
+    if a <= QUARTER_PI:
+        return a, 0.0, 0
+    if a > LARGEST:
+        return reduce_large(a)
     n = (a * TWO_OVER_PI + MAGIC) - MAGIC
     first, rest = sum_of_two(a - n * P1, -(n * P2))
     head, low = sum_of_two(first, -(n * P3))
@@ -51,14 +55,9 @@ def sincos(x):
     """(sin x, cos x)"""
     x = double(x)
     a = abs(x)
-    if a <= QUARTER_PI:
-        head, tail, n = a, 0.0, 0
-    elif a <= LARGEST:
-        head, tail, n = _reduced(a)
-    else:
-        if not a < INF:
-            return NAN, NAN
-        head, tail, n = reduce_large(a)
+    if not a < INF:
+        return NAN, NAN
+    head, tail, n = _reduced(a)
     z = head * head
     s = head + _sin_correction(head, tail, z)
     whole, rest = _cos_parts(head, tail, z)
@@ -85,14 +84,9 @@ def tan(x):
     """Tangent."""
     x = double(x)
     a = abs(x)
-    if a <= QUARTER_PI:
-        head, tail, n = a, 0.0, 0
-    elif a <= LARGEST:
-        head, tail, n = _reduced(a)
-    else:
-        if not a < INF:
-            return NAN
-        head, tail, n = reduce_large(a)
+    if not a < INF:
+        return NAN
+    head, tail, n = _reduced(a)
     z = head * head
     top = upper(head)
     correction = _sin_correction(head, tail, z)

@@ -4,7 +4,7 @@ Compiled they are registers; in plain Python (NUMBA_DISABLE_JIT=1, a debugger, a
 operators and the same bits. See docs/values.md.
 """
 
-from flight_math.values import access, compiled_types, compiled_views, operators, refused  # noqa: F401 what the compiler has to know
+from flight_math.values import access, compiled_types, compiled_views, operators, refused  # noqa: F401 teach the compiler
 from flight_math.values.arrays import column, mat3, quaternion4, row, stack_array, vec3
 from flight_math.values.classes import DualQuaternion, DualVector, Mask, Mat, Mat3, Quaternion, Value, Vec, Vec3
 from flight_math.values.elementwise import elementwise
@@ -51,6 +51,7 @@ from flight_math.values.matrices import (
     identity3,
     outer,
     skew,
+    solve,
     transpose,
 )
 from flight_math.values.rotations import (
@@ -72,6 +73,7 @@ __all__ = [
     "diagonal_of", "dot", "dual_quaternion", "dual_vector_part", "elementwise", "exp", "expm1", "from_columns",
     "from_rows", "hypot", "identity3", "largest", "log", "log1p", "mat3", "maximum", "minimum", "norm", "normalised",
     "outer", "power", "quaternion", "quaternion4", "rotate", "rotate_back", "rotation_matrix", "row", "same", "short_way",
-    "sign", "sin", "sincos", "skew", "smallest", "sqrt", "stack_array", "tan", "tanh", "total", "transpose", "vec3",
+    "sign", "sin", "sincos", "skew", "smallest", "solve", "sqrt", "stack_array", "tan", "tanh", "total", "transpose",
+    "vec3",
     "vector_part", "view", "where",
 ]

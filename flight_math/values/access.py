@@ -41,7 +41,8 @@ def _attribute(context, builder, value, register, name):
     if name in kind.letters:
         return builder.extract_value(register, kind.letters.index(name))
     first = 0 if name == "real" else kind.halves.count
-    return from_registers(context, builder, ValueType(kind.halves), components(builder, register)[first:][:kind.halves.count])
+    half = components(builder, register)[first:first + kind.halves.count]
+    return from_registers(context, builder, ValueType(kind.halves), half)
 
 
 # -- indices ---------------------------------------------------------------------------------------------------------------

@@ -18,7 +18,7 @@ from numba.np.arrayobj import make_array, populate_array
 from flight_math.errors import refuse
 from flight_math.values.access import at, inside
 from flight_math.values.classes import Mat3, Quaternion, Value, Vec, Vec3, described, is_matrix, kind_of
-from flight_math.values.compiled_types import ValueType, components, from_registers, type_name
+from flight_math.values.compiled_types import ConstructorType, ValueType, components, from_registers, type_name
 from flight_math.values.refusals import refuse_compiled
 
 _DOUBLE = ir.DoubleType()
@@ -105,6 +105,11 @@ def loaded(context, builder, kind, array_type, array):
         context.cast(builder, number, array_type.dtype, types.float64) for number in numbers])
 
 
+@lower_builtin(ConstructorType, types.Array)
+def _construct(context, builder, signature, args):
+    return loaded(context, builder, signature.return_type, signature.args[0], args[0])
+
+
 # -- values into arrays ----------------------------------------------------------------------------------------------------
 @infer_global(operator.setitem)
 class _StoreTemplate(AbstractTemplate):
@@ -117,10 +122,14 @@ class _StoreTemplate(AbstractTemplate):
         row = self.context.resolve_function_type(operator.getitem, (array, index), {}).return_type
         fits = isinstance(row, types.Array) and row.dtype == types.float64 and row.ndim == len(value.kind.shape)
         if not fits:
-            refuse_compiled(f"a {value.kind.title} does not fit an array of {array.ndim} dimensions at this index: "
-                            f"it fills {' x '.join(map(str, value.kind.shape))} float64 numbers"
-                            f"{f'; for a row of {value.kind.count} write Vec({value.kind.count})(m)' * is_matrix(value.kind)}")
+            refuse_compiled(_no_room(value.kind, array.ndim))
         return signature(types.none, array, types.unliteral(index), value)
+
+
+def _no_room(kind, dimensions) -> str:
+    sentence = (f"a {kind.title} does not fit an array of {dimensions} dimensions at this index: "
+                f"it fills {' x '.join(map(str, kind.shape))} float64 numbers")
+    return f"{sentence}; for a row of {kind.count} write Vec({kind.count})(m)" if is_matrix(kind) else sentence
 
 
 @lower_builtin(operator.setitem, types.Array, types.Any, ValueType)

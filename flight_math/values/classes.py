@@ -51,7 +51,8 @@ class Value(tuple, metaclass=ValueClass):
             return cls.of(items[0].parts())
         if cls.halves is not None and len(items) == 2 and all(type(item) is cls.halves for item in items):
             return cls.of((*items[0].parts(), *items[1].parts()))
-        if len(items) == cls.count and not cls.halves and not any(isinstance(item, (Value, np.ndarray, str)) for item in items):
+        none = (Value, np.ndarray, str)
+        if len(items) == cls.count and not cls.halves and not any(isinstance(item, none) for item in items):
             return cls.of(items)
         return refuse(cls.call_refused([kind_name(kind_of(item)) for item in items]))
 
@@ -69,7 +70,7 @@ class Value(tuple, metaclass=ValueClass):
     @staticmethod
     def item(number):
         """A component as it is kept: a Python float; numbers of other kinds (symbols, complex) as they are."""
-        return float(number) if isinstance(number, _REAL) else number
+        return number if type(number) is float else float(number) if isinstance(number, _REAL) else number
 
     def parts(self):
         """The numbers in order, a tuple of Python's floats."""
@@ -87,7 +88,7 @@ class Value(tuple, metaclass=ValueClass):
         if isinstance(at, (int, np.integer)) and len(cls.shape) == 1:
             if not -cls.count <= at < cls.count:
                 refuse(f"[{at}] is outside of a {cls.title}, whose components are 0 to {cls.count - 1}")
-            return int(at)
+            return int(at % cls.count)
         if len(cls.shape) == 2 and isinstance(at, tuple) and len(at) == 2:
             for index, length in zip(at, cls.shape):
                 if not -length <= index < length:
@@ -108,7 +109,7 @@ class Value(tuple, metaclass=ValueClass):
             return cls.halves.of(half)
         if len(name) == 1 and name in cls.letters:
             return _read(tuple.__getitem__(self, cls.letters.index(name)))
-        if name.startswith("__"):
+        if name.startswith("_") or name == "py_func":  # what numba and `fingerprint` ask of any global
             raise AttributeError(name)
         return refuse(no_attribute(cls, name))
 
@@ -162,8 +163,8 @@ def described(items) -> str:
 
 def kind_of(item):
     """Kind of an object of plain Python: a class of values, float (a number), bool (a truth), or its own type."""
-    if isinstance(item, Value):
-        return type(item)
+    if isinstance(item, (Value, float)):
+        return type(item) if isinstance(item, Value) else float
     if isinstance(item, (bool, np.bool_)):
         return bool
     if isinstance(item, np.ndarray):
@@ -270,7 +271,7 @@ Value.__reduce__ = _reduce
 
 def is_vector(kind) -> bool:
     """Whether a kind is Vec3 or Vec(n)."""
-    return kind is Vec3 or (isinstance(kind, ValueClass) and kind.__name__.startswith("Vec") and kind.__name__[3:].isdigit())
+    return isinstance(kind, ValueClass) and kind.__name__.startswith("Vec") and kind.__name__[3:].isdigit()
 
 
 def is_matrix(kind) -> bool:

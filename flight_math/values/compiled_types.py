@@ -142,9 +142,6 @@ def components(builder, register):
 @lower_builtin(ConstructorType, types.VarArg(types.Any))
 def _construct(context, builder, signature, args):
     kind = signature.return_type
-    if len(args) == 1 and isinstance(signature.args[0], types.Array):
-        from flight_math.values.arrays import loaded  # arrays stand above the types
-        return loaded(context, builder, kind, signature.args[0], args[0])
     if len(args) == 1 and isinstance(signature.args[0], ValueType):
         return args[0]
     if kind.kind.halves is not None:
@@ -171,7 +168,8 @@ def _constant_class(context, builder, kind, value):
 @lower_constant(ValueType)
 def _constant_value(context, builder, kind, value):
     item = context.get_value_type(kind.item)
-    return ir.Constant(context.get_value_type(kind), [ir.Constant(item, item_constant(kind, part)) for part in value.parts()])
+    parts = [ir.Constant(item, item_constant(kind, part)) for part in value.parts()]
+    return ir.Constant(context.get_value_type(kind), parts)
 
 
 @unbox(ValueType)

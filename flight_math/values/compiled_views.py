@@ -10,7 +10,15 @@ from numba import types
 from numba.core import cgutils
 from numba.core.imputils import lower_constant
 from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr, infer_global, signature
-from numba.extending import lower_builtin, lower_getattr_generic, lower_setattr_generic, models, register_model, typeof_impl, unbox
+from numba.extending import (
+    lower_builtin,
+    lower_getattr_generic,
+    lower_setattr_generic,
+    models,
+    register_model,
+    typeof_impl,
+    unbox,
+)
 from numba.np.arrayobj import make_array, populate_array
 
 from flight_math.values.compiled_types import ValueType, components, from_registers, kind_of_type, type_name
@@ -23,15 +31,11 @@ class ViewType(types.Type):
 
     def __init__(self, record, kinds):
         self.record, self.kinds = record, kinds
-        super().__init__(f"View({record}, {kinds!r})")
+        super().__init__(f"View({hashlib.sha256(f'{record}{kinds!r}'.encode()).hexdigest()[:12]})")
 
     @property
     def key(self):
         return self.record, self.kinds
-
-    @property
-    def mangling_args(self):
-        return "View", (int(hashlib.sha256(self.name.encode()).hexdigest()[:12], 16),)
 
 
 class KindsType(types.Opaque):
@@ -184,7 +188,8 @@ def _set(context, builder, sig, args, name):
     _check_size(context, builder, array, count)
     stride = builder.extract_value(array.strides, given.ndim - 1)
     with cgutils.for_range(builder, context.get_constant(types.intp, count)) as loop:
-        store(builder.load(cgutils.pointer_add(builder, array.data, builder.mul(stride, loop.index))), given.dtype, loop.index)
+        pointer = cgutils.pointer_add(builder, array.data, builder.mul(stride, loop.index))
+        store(builder.load(pointer), given.dtype, loop.index)
 
 
 def _check_size(context, builder, array, count):

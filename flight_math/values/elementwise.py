@@ -12,7 +12,7 @@ from numba.extending import lower_builtin
 from flight_math.errors import refuse
 from flight_math.kernel import kernel, plain
 from flight_math.values.classes import Value, described, is_matrix, is_vector, kind_of, mask_of
-from flight_math.values.compiled_types import ValueType, type_name
+from flight_math.values.compiled_types import ValueType, from_registers, type_name
 from flight_math.values.refusals import refuse_compiled
 
 _WORD = ir.IntType(64)
@@ -24,6 +24,11 @@ def elementwise(function):
 
     A number as result becomes a vector, a truth a Mask, a tuple of numbers a tuple of vectors.
     """
+    return lift(function, _called)
+
+
+def lift(function, emit):
+    """`elementwise`; ``emit`` writes the calls of a compiled kernel."""
     compiled = function if hasattr(function, "py_func") else kernel(function)
     numbers = plain(function)
 
@@ -44,7 +49,7 @@ def elementwise(function):
     lifted.py_func = numbers
     lifted.compiled = compiled
     if hasattr(compiled, "py_func"):
-        _teach(lifted, compiled)
+        _teach(lifted, compiled, emit)
     return lifted
 
 
@@ -52,7 +57,7 @@ def _is_row(kind) -> bool:
     return is_vector(kind) or is_matrix(kind)
 
 
-def _teach(lifted, compiled):
+def _teach(lifted, compiled, emit):
     callee = types.Dispatcher(compiled)
 
     class Template(AbstractTemplate):
@@ -79,15 +84,27 @@ def _teach(lifted, compiled):
         kind = next((argument.kind for argument in sig.args if isinstance(argument, ValueType)), None)
         if kind is None:
             return call(builder, args)
-        return _looped(context, builder, sig, args, kind.count, lambda numbers: call(builder, numbers))
+        return emit(context, builder, sig, args, kind.count, lambda numbers: call(builder, numbers))
 
 
-def _looped(context, builder, sig, args, count, call):
+def _called(context, builder, sig, args, count, call):
+    """One call for each component."""
+    results = [call([builder.extract_value(register, i) if isinstance(kind, ValueType) else register
+                     for kind, register in zip(sig.args, args)]) for i in range(count)]
+    if not isinstance(sig.return_type, types.BaseTuple):
+        return from_registers(context, builder, sig.return_type, results)
+    columns = [[builder.extract_value(result, k) for result in results] for k in range(len(sig.return_type))]
+    return context.make_tuple(builder, sig.return_type, [
+        from_registers(context, builder, part, column) for part, column in zip(sig.return_type, columns)])
+
+
+def looped(context, builder, sig, args, count, call):
     """One call in a loop over the components, so that its code, which is put in its place, stands there once.
 
     Components that are equal to the one before, bit for bit, share its result.
     """
-    rows = {i: cgutils.alloca_once_value(builder, args[i]) for i, kind in enumerate(sig.args) if isinstance(kind, ValueType)}
+    rows = {i: cgutils.alloca_once_value(builder, args[i])
+            for i, kind in enumerate(sig.args) if isinstance(kind, ValueType)}
     parts = list(sig.return_type) if isinstance(sig.return_type, types.BaseTuple) else [sig.return_type]
     places = [cgutils.alloca_once(builder, context.get_value_type(part)) for part in parts]
     with cgutils.for_range(builder, ir.Constant(_WORD, count)) as loop:

@@ -2,6 +2,7 @@
 
 from flight_math.values.classes import Mat, Mat3, Vec, Vec3, is_matrix, is_vector
 from flight_math.values.operation import operation
+from flight_math.values.symbols import quotient
 
 
 def _transposed(m):
@@ -72,3 +73,34 @@ def diagonal_of(m):
     """The vector of the elements on the diagonal."""
     size = round(len(m) ** 0.5)
     return tuple(m[i * (size + 1)] for i in range(size))
+
+
+def _solvable(m, b):
+    return b if is_matrix(m) and is_vector(b) and m.shape == (b.count, b.count) else None
+
+
+@operation(_solvable, "needed are a square matrix and a vector of its size")
+def solve(m, b):
+    """x of m x = b for a symmetric positive definite m, of which the lower triangle is read: L D L^T; for small sizes."""
+    size = len(b)
+    lower = {}
+    pivots = []
+    for j in range(size):
+        scaled = [lower[j, k] * pivots[k] for k in range(j)]
+        pivots.append(_less(m[j * size + j], [(lower[j, k], scaled[k]) for k in range(j)]))
+        for i in range(j + 1, size):
+            lower[i, j] = quotient(_less(m[i * size + j], [(lower[i, k], scaled[k]) for k in range(j)]), pivots[j])
+    x = []
+    for i in range(size):
+        x.append(_less(b[i], [(lower[i, k], x[k]) for k in range(i)]))
+    x = [quotient(part, pivot) for part, pivot in zip(x, pivots)]
+    for i in reversed(range(size)):
+        x[i] = _less(x[i], [(lower[k, i], x[k]) for k in range(i + 1, size)])
+    return x
+
+
+def _less(number, products):
+    """number minus products, one after the other."""
+    for first, second in products:
+        number = number - first * second
+    return number

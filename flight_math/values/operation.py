@@ -18,7 +18,7 @@ from numba.core.typing.templates import AbstractTemplate, infer_global, signatur
 from numba.extending import lower_builtin
 
 from flight_math.errors import refuse
-from flight_math.values.classes import Value, described, kind_name, kind_of
+from flight_math.values.classes import Value, kind_name, kind_of
 from flight_math.values.compiled_types import ValueType, kind_of_type, packed, type_name, type_of_kind, unpacked
 from flight_math.values.refusals import refuse_compiled
 
@@ -47,8 +47,8 @@ def operation(rule, allowed: str):
 def resolver(rule, formula=None):
     """resolve(kinds) -> (kind of the result, formula), or None where the rule has nothing for the kinds."""
     parameters = inspect.signature(rule).parameters.values()
-    least = sum(parameter.default is parameter.empty and parameter.kind != parameter.VAR_POSITIONAL for parameter in parameters)
-    most = None if any(p.kind == p.VAR_POSITIONAL for p in parameters) else len(parameters)
+    fixed = [parameter for parameter in parameters if parameter.kind != parameter.VAR_POSITIONAL]
+    least, most = len(fixed), len(fixed) if len(fixed) == len(parameters) else None
 
     @functools.cache
     def resolve(kinds):

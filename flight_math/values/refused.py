@@ -1,4 +1,4 @@
-"""What is written for values in other ways: functions of Python and NumPy that a kernel may try, and what to write instead."""
+"""Functions of Python and NumPy that do not take values, and what to write instead."""
 
 import builtins
 import math

@@ -5,13 +5,23 @@ complex- step derivative or with dual-quaternion algebra written out here. The s
 in tests/lander/test_appendix_a.py. Each returns (holds, what was found).
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
-from flight_graph.kernel import plain
+from flight_math import DualVector, Vec3
 from lander_ros import constraints, twistor_kinematics
 
 EXACT = 1e-12  # [1] largest relative difference that rounding explains
 STEP = 1e-40  # [1] of a complex-step derivative, which has no cancellation
+
+
+class Funnel(NamedTuple):
+    """The parameters of eq. (53)."""
+
+    funnel_alpha: float
+    funnel_beta: float
+    funnel_gamma: float
 
 
 def twistors(count=200) -> np.ndarray:
@@ -47,11 +57,14 @@ def derivatives(function, b) -> np.ndarray:
     return np.array(rows)
 
 
-def printed(kernel, b, *shape) -> np.ndarray:
-    """What a kernel writes."""
-    out = np.zeros(shape)
-    plain(kernel)(b, out)
-    return out
+def value(b) -> DualVector:
+    """A twistor as the kernels take it."""
+    return DualVector(Vec3(*b[0:3]), Vec3(*b[4:7]))
+
+
+def matrix(block) -> np.ndarray:
+    """A Mat3 as an array (3, 3)."""
+    return np.reshape(block.parts(), (3, 3))
 
 
 def worst(pairs):
@@ -62,7 +75,10 @@ def worst(pairs):
 
 def position_jacobian():
     """Appendix A (1)."""
-    return worst((printed(twistor_kinematics.position_jacobian, b, 8, 3), derivatives(position, b)) for b in twistors())
+    def printed(b):
+        first, second = map(matrix, twistor_kinematics.position_jacobian(value(b)))
+        return np.vstack([first, np.zeros((1, 3)), second, np.zeros((1, 3))])
+    return worst((printed(b), derivatives(position, b)) for b in twistors())
 
 
 def view_gradient():
@@ -70,20 +86,25 @@ def view_gradient():
     def cosine(b):
         r = body_position(b)
         return r[2] / np.sqrt(r @ r)
-    return worst((printed(constraints.view_gradient_printed, b, 8), derivatives(cosine, b)) for b in twistors())
+
+    def printed(b):
+        gradient = constraints.view_gradient_printed(value(b))
+        return np.array([*gradient.real, 0.0, *gradient.dual, 0.0])
+    return worst((printed(b), derivatives(cosine, b)) for b in twistors())
 
 
 def pi_inverse_transpose():
     """Appendix A (3): r^B = Pi^-T b'."""
-    return worst((printed(twistor_kinematics.pi_inverse_transpose, b, 3, 3) @ b[4:7], body_position(b))
+    return worst((matrix(twistor_kinematics.pi_inverse_transpose(value(b))) @ b[4:7], body_position(b))
                  for b in twistors())
 
 
 def terrain_gradient():
     """Eq. (53), with x_D, y_D read as x_BD^D, y_BD^D."""
     def pair(b):
-        r, out, (alpha, beta, gamma) = position(b), np.zeros(3), (27.0, 1.2, 1.0 / 3.0)
-        plain(constraints.terrain_gradient_printed)(r, alpha, beta, gamma, 1.0, out)
+        r, (alpha, beta, gamma) = position(b), (27.0, 1.2, 1.0 / 3.0)
+        p = Funnel(alpha, beta, gamma)
+        out = np.array(constraints.terrain_gradient_printed(p, 1.0, Vec3(*r)))
         rows = []
         for i in range(3):
             moved = r.astype(complex)
@@ -109,7 +130,10 @@ def rate(b, motor) -> np.ndarray:
 def gamma_pairs(transposed):
     motors = twistors()[::-1]
     for b, motor in zip(twistors(), motors):
-        gamma = printed(twistor_kinematics.gamma_matrix, b, 8, 8)
+        gamma = np.zeros((8, 8))
+        blocks, corners = twistor_kinematics.gamma_blocks(value(b)), twistor_kinematics.gamma_scalars(value(b))
+        for (row, column), block, corner in zip(((0, 0), (0, 4), (4, 4)), (*blocks, blocks[0]), (*corners, corners[0])):
+            gamma[row:row + 3, column:column + 3], gamma[row + 3, column + 3] = matrix(block), corner
         yield 0.25 * (gamma.T if transposed else gamma) @ motor, rate(b, motor)
 
 

@@ -17,7 +17,9 @@ from pathlib import Path
 import numpy as np
 
 from flight_graph.errors import FlightError
+from flight_math import Vec3, norm, normalised, uncompiled
 from sim_nodes.gravity import mesh
+from sim_nodes.gravity.ellipsoid import unit_direction
 from sim_nodes.gravity.polyhedron import Polyhedron, evaluate
 from sim_nodes.gravity.superellipsoid import Superellipsoid, exponent_for_volume
 
@@ -40,8 +42,9 @@ class PointMass:
         return self.mean_radius * up, up
 
     def field(self, point):
-        r = np.linalg.norm(point)
-        return -self.gm / r**3 * point, self.gm / r**3 * (3.0 * np.outer(point, point) / r**2 - np.eye(3))
+        r = float(norm(Vec3(*point)))
+        cube = r * r * r
+        return -self.gm / cube * point, self.gm / cube * (3.0 * np.outer(point, point) / (r * r) - np.eye(3))
 
 
 class SuperellipsoidBody:
@@ -74,8 +77,8 @@ class MeshBody:
         a, b, c = (self.polyhedron.vertices[self.polyhedron.faces[:, i]] for i in range(3))
         with np.errstate(all="ignore"):
             normal = np.cross(b - a, c - a)
-            distance = (normal * a).sum(axis=1) / (normal @ d)
-            weights = np.stack([np.cross(p, q) @ d for p, q in ((a, b), (b, c), (c, a))])
+            distance = _dots(normal, a) / _dots(normal, d)
+            weights = np.stack([_dots(np.cross(p, q), d) for p, q in ((a, b), (b, c), (c, a))])
             size = np.abs(weights).sum(axis=0)
             hit = (((weights >= -1e-9 * size).all(axis=0) | (weights <= 1e-9 * size).all(axis=0))
                    & (distance > 0.0) & np.isfinite(distance))
@@ -83,20 +86,24 @@ class MeshBody:
             raise FlightError(f"{self.name}: there is no surface at latitude {latitude:g}, longitude {longitude:g} "
                               "rad: the ray from the origin meets no face; the origin must lie inside the body")
         face = np.flatnonzero(hit)[np.argmax(distance[hit])]
-        return distance[face] * d, normal[face] / np.linalg.norm(normal[face])
+        return distance[face] * d, np.array(normalised(Vec3(*normal[face])))
 
     field = SuperellipsoidBody.field
 
 
 def direction(latitude: float, longitude: float) -> np.ndarray:
     """Unit vector (3,) in body axes of a planetocentric latitude and longitude [rad]."""
-    return np.array([math.cos(latitude) * math.cos(longitude), math.cos(latitude) * math.sin(longitude),
-                     math.sin(latitude)])
+    return np.array(uncompiled(unit_direction)(latitude, longitude))
+
+
+def _dots(rows, others) -> np.ndarray:
+    """Dot product (m,) of each row (m, 3) with another row, or with one vector (3,)."""
+    return rows[:, 0] * others[..., 0] + rows[:, 1] * others[..., 1] + rows[:, 2] * others[..., 2]
 
 
 def sphere_volume(mean_radius: float) -> float:
     """Volume [m^3] of the sphere."""
-    return 4.0 / 3.0 * math.pi * mean_radius**3
+    return 4.0 / 3.0 * math.pi * (mean_radius * mean_radius * mean_radius)
 
 
 @lru_cache(maxsize=8)

@@ -5,6 +5,7 @@ holes, edges with more than two faces, faces wound against their neighbours, an 
 It does not look for faces that cut through each other.
 """
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -91,7 +92,7 @@ def _list(indices):
 def volume(vertices, faces) -> float:
     """Enclosed volume [m^3], negative for a mesh that is inside out."""
     a, b, c = (vertices[faces[:, i]] for i in range(3))
-    return float((a * np.cross(b, c)).sum() / 6.0)
+    return math.fsum((a * np.cross(b, c)).ravel().tolist()) / 6.0
 
 
 def centroid(vertices, faces) -> np.ndarray:
@@ -116,8 +117,10 @@ def icosphere(frequency: int) -> tuple[np.ndarray, np.ndarray]:
     weights = np.array([(n - i - j, i, j) for i, j in rows], float) / n
     local = [(number[i, j], number[i + 1, j], number[i, j + 1]) for i, j in rows if i + j < n]
     local += [(number[i + 1, j], number[i + 1, j + 1], number[i, j + 1]) for i, j in rows if i + j < n - 1]
-    points = np.einsum("wk,tkx->twx", weights, corners[triangles]).reshape(-1, 3)
+    a, b, c = (corners[triangles[:, k], None] for k in range(3))  # (20, 1, 3), for each weight
+    points = (weights[:, :1] * a + weights[:, 1:2] * b + weights[:, 2:] * c).reshape(-1, 3)
     faces = (np.array(local)[None] + len(rows) * np.arange(20)[:, None, None]).reshape(-1, 3)
     _, first, inverse = np.unique(np.round(points, 9), axis=0, return_index=True, return_inverse=True)
     points = points[first]
-    return points / np.linalg.norm(points, axis=1, keepdims=True), inverse.reshape(-1)[faces].astype(np.int64)
+    x, y, z = points.T
+    return points / np.sqrt(x * x + y * y + z * z)[:, None], inverse.reshape(-1)[faces].astype(np.int64)

@@ -13,17 +13,18 @@ The sums are those of Werner and Scheeres (Celestial Mechanics 65, 313-344, 1997
 The trace of the gradient is -G sigma sum_f omega_f: 0 outside, -4 pi G sigma inside.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from flight_graph.engines.kept import Kept
-from flight_graph.kernel import kernel
+from flight_math import Mat3, Vec, Vec3, atan2, cross, dot, kernel, log, norm, outer, vec3
+
+Vec9 = Vec(9)
 
 
 class Polyhedron(NamedTuple):
-    """A closed triangle mesh of constant density. Any record with these fields serves as `body` below."""
+    """A closed triangle mesh of constant density."""
 
     vertices: np.ndarray  # (n, 3) [m]
     faces: np.ndarray  # (m, 3) int64, counter-clockwise seen from outside
@@ -31,92 +32,79 @@ class Polyhedron(NamedTuple):
 
 
 @kernel
-def line_term(r_1, r_2, length):
-    """L_e; 0 on the edge itself, where it is only used with a factor that vanishes."""
-    rest = r_1 + r_2 - length
+def line_term(distances, length):
+    """L_e = 2 artanh(l / (r_1 + r_2)), for the sum of the distances r_1, r_2 of its ends: a series for a far edge.
+
+    0 on the edge itself, where it is only used with a factor that vanishes.
+    """
+    t = length / distances
+    z = t * t
+    if z <= 1.0 / 64.0:  # [-] the term that follows is 3e-18 of the sum
+        z2 = z * z
+        low = (1.0 / 3.0 + z * (1.0 / 5.0)) + z2 * (1.0 / 7.0 + z * (1.0 / 9.0))
+        high = (1.0 / 11.0 + z * (1.0 / 13.0)) + z2 * (1.0 / 15.0 + z * (1.0 / 17.0))
+        return 2.0 * (t + t * z * (low + z2 * z2 * high))
+    rest = distances - length
     if rest <= 1e-14 * length:  # [-] rounding of the two distances
         return 0.0
-    return math.log((r_1 + r_2 + length) / rest)
+    return log((distances + length) / rest)
 
 
 @kernel
-def solid_angle(a_x, a_y, a_z, b_x, b_y, b_z, c_x, c_y, c_z, a, b, c):
-    """Solid angle [sr] of the triangle with corners a, b, c (lengths a, b, c) seen from the origin, signed."""
-    numerator = (a_x * (b_y * c_z - b_z * c_y) + a_y * (b_z * c_x - b_x * c_z) + a_z * (b_x * c_y - b_y * c_x))
-    denominator = (a * b * c + a * (b_x * c_x + b_y * c_y + b_z * c_z) + b * (c_x * a_x + c_y * a_y + c_z * a_z)
-                   + c * (a_x * b_x + a_y * b_y + a_z * b_z))
-    return 2.0 * math.atan2(numerator, denominator)
+def edge_term(a, b, distances, n):
+    """nu_e L_e of the edge from a to b in the plane with normal n."""
+    edge = b - a
+    length = norm(edge)
+    return line_term(distances, length) / length * cross(edge, n)
 
 
 @kernel
-def edge_terms(a_x, a_y, a_z, b_x, b_y, b_z, a, b, n_x, n_y, n_z):
-    """(nu . r) L and nu L (three floats) of the edge from a to b in the plane with normal n."""
-    x, y, z = b_x - a_x, b_y - a_y, b_z - a_z
-    length = math.sqrt(x * x + y * y + z * z)
-    line = line_term(a, b, length) / length
-    nu_x, nu_y, nu_z = (y * n_z - z * n_y) * line, (z * n_x - x * n_z) * line, (x * n_y - y * n_x) * line
-    return nu_x * a_x + nu_y * a_y + nu_z * a_z, nu_x, nu_y, nu_z
+def face_terms(a, b, c):
+    """n, I_f and sum_e nu_e L_e - n omega_f of the face with corners a, b, c [m], seen from the field point."""
+    r_a, r_b, r_c = norm(a), norm(b), norm(c)
+    normal = cross(b - a, c - a)
+    n = normal / norm(normal)
+    omega = 2.0 * atan2(dot(a, cross(b, c)), r_a * r_b * r_c + r_a * dot(b, c) + r_b * dot(c, a) + r_c * dot(a, b))
+    ab, bc, ca = edge_term(a, b, r_a + r_b, n), edge_term(b, c, r_b + r_c, n), edge_term(c, a, r_c + r_a, n)
+    surface = dot(ab, a) + dot(bc, b) + dot(ca, c) - dot(n, a) * omega
+    return n, surface, ab + bc + ca - omega * n
 
 
 @kernel
-def faces_field(vertices, faces, count, strength, x, y, z):
-    """Gravity g (3 floats) [m/s^2] and its gradient (xx, xy, xz, yy, yz, zz) [1/s^2] at (x, y, z) [m], body axes.
+def corner(vertices, faces, f, k):
+    """Corner k of face f [m]. The faces hold whole numbers as floats."""
+    return vec3(vertices[int(faces[f, k])])
 
-    Of the first ``count`` faces; the arrays may be longer, and hold whole numbers as floats.
-    """
-    g_x, g_y, g_z = 0.0, 0.0, 0.0
-    xx, xy, xz, yy, yz, zz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+
+@kernel
+def faces_gravity(vertices, faces, count, strength, place):
+    """Gravity g [m/s^2] at a place [m] in body axes, of the first ``count`` faces: the arrays may be longer."""
+    g = Vec3(0.0, 0.0, 0.0)
     for f in range(count):
-        i, j, k = int(faces[f, 0]), int(faces[f, 1]), int(faces[f, 2])
-        a_x, a_y, a_z = vertices[i, 0] - x, vertices[i, 1] - y, vertices[i, 2] - z
-        b_x, b_y, b_z = vertices[j, 0] - x, vertices[j, 1] - y, vertices[j, 2] - z
-        c_x, c_y, c_z = vertices[k, 0] - x, vertices[k, 1] - y, vertices[k, 2] - z
-        a = math.sqrt(a_x * a_x + a_y * a_y + a_z * a_z)
-        b = math.sqrt(b_x * b_x + b_y * b_y + b_z * b_z)
-        c = math.sqrt(c_x * c_x + c_y * c_y + c_z * c_z)
-        p_x, p_y, p_z = b_x - a_x, b_y - a_y, b_z - a_z
-        q_x, q_y, q_z = c_x - a_x, c_y - a_y, c_z - a_z
-        n_x, n_y, n_z = p_y * q_z - p_z * q_y, p_z * q_x - p_x * q_z, p_x * q_y - p_y * q_x
-        size = math.sqrt(n_x * n_x + n_y * n_y + n_z * n_z)
-        n_x, n_y, n_z = n_x / size, n_y / size, n_z / size
-        omega = solid_angle(a_x, a_y, a_z, b_x, b_y, b_z, c_x, c_y, c_z, a, b, c)
-        s_1, x_1, y_1, z_1 = edge_terms(a_x, a_y, a_z, b_x, b_y, b_z, a, b, n_x, n_y, n_z)
-        s_2, x_2, y_2, z_2 = edge_terms(b_x, b_y, b_z, c_x, c_y, c_z, b, c, n_x, n_y, n_z)
-        s_3, x_3, y_3, z_3 = edge_terms(c_x, c_y, c_z, a_x, a_y, a_z, c, a, n_x, n_y, n_z)
-        surface = s_1 + s_2 + s_3 - (n_x * a_x + n_y * a_y + n_z * a_z) * omega
-        t_x, t_y, t_z = x_1 + x_2 + x_3 - n_x * omega, y_1 + y_2 + y_3 - n_y * omega, z_1 + z_2 + z_3 - n_z * omega
-        g_x -= n_x * surface
-        g_y -= n_y * surface
-        g_z -= n_z * surface
-        xx += n_x * t_x
-        xy += 0.5 * (n_x * t_y + n_y * t_x)
-        xz += 0.5 * (n_x * t_z + n_z * t_x)
-        yy += n_y * t_y
-        yz += 0.5 * (n_y * t_z + n_z * t_y)
-        zz += n_z * t_z
-    s = strength
-    return s * g_x, s * g_y, s * g_z, s * xx, s * xy, s * xz, s * yy, s * yz, s * zz
+        a, b, c = corner(vertices, faces, f, 0), corner(vertices, faces, f, 1), corner(vertices, faces, f, 2)
+        n, surface, _ = face_terms(a - place, b - place, c - place)
+        g = g - surface * n
+    return strength * g
 
 
 @kernel
-def polyhedron_field(body, x, y, z):
-    """`faces_field` of a ``body``: `Polyhedron` or its like."""
-    return faces_field(body.vertices, body.faces, body.faces.shape[0], body.strength, x, y, z)
-
-
-@kernel
-def polyhedron_gravity(body, x, y, z):
-    """Gravity (three floats) [m/s^2] at (x, y, z) [m] in body axes; ``body``: `Polyhedron` or its like."""
-    terms = polyhedron_field(body, x, y, z)
-    return terms[0], terms[1], terms[2]
+def faces_field(vertices, faces, strength, place):
+    """Gravity g [m/s^2] and its symmetric gradient [1/s^2] at a place [m] in body axes."""
+    g, gradient = Vec3(0.0, 0.0, 0.0), Mat3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    for f in range(faces.shape[0]):
+        a, b, c = corner(vertices, faces, f, 0), corner(vertices, faces, f, 1), corner(vertices, faces, f, 2)
+        n, surface, across = face_terms(a - place, b - place, c - place)
+        g = g - surface * n
+        gradient = gradient + 0.5 * (outer(n, across) + outer(across, n))
+    return strength * g, strength * gradient
 
 
 @kernel
 def _fields(vertices, faces, strength, points, out):
+    """`faces_field` at points (k, 3), into the rows of out (k, 12): g, then the gradient row by row."""
     for i in range(points.shape[0]):
-        terms = faces_field(vertices, faces, faces.shape[0], strength[0, 0], points[i, 0], points[i, 1], points[i, 2])
-        for j in range(9):
-            out[i, j] = terms[j]
+        g, gradient = faces_field(vertices, faces, strength[0, 0], vec3(points[i]))
+        out[i, 0:3], out[i, 3:12] = g, Vec9(gradient)
 
 
 FIELDS = Kept(f"{__name__}:FIELDS", _fields, 5)
@@ -125,7 +113,7 @@ FIELDS = Kept(f"{__name__}:FIELDS", _fields, 5)
 def evaluate(body: Polyhedron, points) -> tuple[np.ndarray, np.ndarray]:
     """Gravity (k, 3) [m/s^2] and gravity gradient (k, 3, 3) [1/s^2] at points (k, 3) [m]."""
     points = np.ascontiguousarray(np.atleast_2d(np.asarray(points, float)))
-    out = np.zeros((len(points), 9))
+    out = np.zeros((len(points), 12))
     FIELDS(np.ascontiguousarray(body.vertices, float), np.ascontiguousarray(body.faces, float),
            np.array([[body.strength]], float), points, out)
-    return out[:, :3], out[:, [3, 4, 5, 4, 6, 7, 5, 7, 8]].reshape(-1, 3, 3)
+    return out[:, :3], out[:, 3:].reshape(-1, 3, 3)

@@ -12,6 +12,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from flight_graph.errors import FlightError
+from flight_math import (
+    Mat3,
+    Vec3,
+    atan2,
+    cross,
+    dot,
+    from_rows,
+    kernel,
+    norm,
+    normalised,
+    sincos,
+    transpose,
+    uncompiled,
+)
 
 HEIGHT = 0.1  # [m]
 POLE = 0.5 * math.pi  # [rad]
@@ -38,6 +52,21 @@ def effective_gravity(body, spin_rate: float, point) -> np.ndarray:
     return body.field(np.asarray(point, float))[0] + spin_rate * spin_rate * np.array([x, y, 0.0])
 
 
+@kernel
+def axes_of_site(up, longitude):
+    """The rotation from body axes to east, north, up. East stays defined at the poles."""
+    sine, cosine = sincos(longitude)
+    level = Vec3(-sine, cosine, 0.0)
+    east = normalised(level - dot(level, up) * up)
+    return from_rows(east, cross(up, east), up)
+
+
+@kernel
+def lean_of(normal):
+    """Angle of a normal from z, and where it leans, from x to y [rad]."""
+    return atan2(math.sqrt(normal.x * normal.x + normal.y * normal.y), normal.z), atan2(normal.y, normal.x)
+
+
 def site(body, spin_rate: float, latitude: float, longitude: float) -> Site:
     """The site of a body (see bodies.py) at planetocentric latitude and longitude [rad]. Raises FlightError."""
     if not abs(latitude) <= POLE + 1e-4:
@@ -46,17 +75,19 @@ def site(body, spin_rate: float, latitude: float, longitude: float) -> Site:
         raise FlightError(f"longitude: {longitude} rad is no direction; allowed: a finite number")
     latitude = max(-POLE, min(POLE, latitude))
     position, normal = body.surface(latitude, longitude)
-    gravity = effective_gravity(body, spin_rate, position)
-    size = float(np.linalg.norm(gravity))
-    if not -gravity @ normal > 0.0:
+    gravity = Vec3(*effective_gravity(body, spin_rate, position))
+    size, into_ground = float(norm(gravity)), -dot(gravity, Vec3(*normal))
+    if not into_ground > 0.0:
         raise FlightError(f"at latitude {latitude:g}, longitude {longitude:g} rad nothing holds a rover down: "
-                          f"effective gravity is {size:.3g} m/s^2, {-gravity @ normal:.3g} m/s^2 of it into the ground")
-    up = -gravity / size
-    east = np.array([-math.sin(longitude), math.cos(longitude), 0.0])  # stays defined at the poles
-    east = east - (east @ up) * up
-    east = east / np.linalg.norm(east)
-    to_site = np.vstack([east, np.cross(up, east), up])
-    lean = to_site @ normal
-    gradient = body.field(position + HEIGHT * normal)[1] + spin_rate * spin_rate * np.diag([1.0, 1.0, 0.0])
-    return Site(position, normal, gravity, to_site, size, math.atan2(math.hypot(lean[0], lean[1]), lean[2]),
-                math.atan2(lean[1], lean[0]), to_site @ gradient @ to_site.T, to_site @ np.array([0.0, 0.0, spin_rate]))
+                          f"effective gravity is {size:.3g} m/s^2, {into_ground:.3g} m/s^2 of it into the ground")
+    to_site = uncompiled(axes_of_site)(-gravity / size, longitude)
+    tilt, azimuth = uncompiled(lean_of)(to_site @ Vec3(*normal))
+    attraction = Mat3(body.field(position + HEIGHT * normal)[1])
+    centrifugal = spin_rate * spin_rate * Mat3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0)
+    gradient = to_site @ (attraction + centrifugal) @ transpose(to_site)
+    return Site(position, normal, np.array(gravity), _matrix(to_site), size, float(tilt), float(azimuth),
+                _matrix(gradient), np.array(to_site @ Vec3(0.0, 0.0, spin_rate)))
+
+
+def _matrix(value) -> np.ndarray:
+    return np.reshape(value.parts(), (3, 3))

@@ -11,7 +11,21 @@ from typing import NamedTuple
 
 import numpy as np
 
+from flight_graph.engines.kept import Kept
+from flight_math import Vec3, exp, kernel, normalised, power, uncompiled, vec3
 from sim_nodes.gravity.mesh import icosphere
+
+# Lanczos' approximation of the gamma function: Gamma(x) = (x + G - 1/2)^(x - 1/2) exp(1/2 - x - G) N(x)/D(x), with
+# D(x) = x (x + 1) ... (x + 11). G and the coefficients of N, from the highest power on, are those of Boost and CPython.
+LANCZOS_G = 6.024680040776729583740234375
+LANCZOS_N = (
+    2.506628274631000270164908177133837338626431079340, 210.8242777515793458725097339207133627116,
+    8071.672002365816210638002902272250613822, 186056.2653952234950402949897160456992822,
+    2876370.628935372441225409051620849613599, 31426415.58540019438061423162830820536287,
+    248874557.8620541565114603864132294232163, 1439720407.311721673663223072794912393972,
+    6039542586.352028005064291644307297921070, 17921034426.03720969991975575445893111267,
+    35711959237.35566804944018545154716670596, 42919803642.64909876895789904700198885093,
+    23531376880.41075968857200767445163675473)
 
 
 class Superellipsoid(NamedTuple):
@@ -22,20 +36,17 @@ class Superellipsoid(NamedTuple):
     c: float
     p: float
 
-    def radius(self, direction):
+    def radius(self, directions):
         """Distance from the centre [m] in unit directions (..., 3)."""
-        d = np.asarray(direction, float)
-        round_part = (d[..., 0] / self.a) ** 2 + (d[..., 1] / self.b) ** 2
-        return (round_part ** (0.5 * self.p) + np.abs(d[..., 2] / self.c) ** self.p) ** (-1.0 / self.p)
+        directions = np.asarray(directions, float)
+        rows = np.ascontiguousarray(directions.reshape(-1, 3))
+        found = np.zeros((len(rows), 1))
+        RADII(np.array([self], float), rows, found)
+        return found.reshape(directions.shape[:-1])
 
     def normal(self, point) -> np.ndarray:
         """Outward unit normal (3,) at a surface point (3,) [m]."""
-        x, y, z = point
-        round_part = (x / self.a) ** 2 + (y / self.b) ** 2
-        slope = round_part ** (0.5 * self.p - 1.0) if round_part > 0.0 else 0.0
-        raw = np.array([slope * x / self.a**2, slope * y / self.b**2,
-                        math.copysign(abs(z / self.c) ** (self.p - 1.0) / self.c, z) if z else 0.0])
-        return raw / np.linalg.norm(raw)
+        return np.array(uncompiled(outward)(self, Vec3(*point)))
 
     def volume(self) -> float:
         """Enclosed volume [m^3]."""
@@ -47,10 +58,56 @@ class Superellipsoid(NamedTuple):
         return self.radius(directions)[:, None] * directions, faces
 
 
+@kernel
+def distance(shape, d):
+    """r(d) [m]"""
+    across = d.x / shape.a * (d.x / shape.a) + d.y / shape.b * (d.y / shape.b)
+    return power(power(across, 0.5 * shape.p) + power(abs(d.z / shape.c), shape.p), -1.0 / shape.p)
+
+
+@kernel
+def outward(shape, point):
+    """Outward unit normal at a surface point [m]."""
+    across = point.x / shape.a * (point.x / shape.a) + point.y / shape.b * (point.y / shape.b)
+    slope = power(across, 0.5 * shape.p - 1.0) if across > 0.0 else 0.0
+    steep = power(abs(point.z / shape.c), shape.p - 1.0) / shape.c if point.z != 0.0 else 0.0
+    return normalised(Vec3(slope * point.x / (shape.a * shape.a), slope * point.y / (shape.b * shape.b),
+                           math.copysign(steep, point.z)))
+
+
+@kernel
+def _radii(shape, directions, out):
+    """r(d) of rows d (n, 3), into out (n, 1); shape (1, 4): a, b, c, p."""
+    body = Superellipsoid(shape[0, 0], shape[0, 1], shape[0, 2], shape[0, 3])
+    for i in range(directions.shape[0]):
+        out[i, 0] = distance(body, vec3(directions[i]))
+
+
+RADII = Kept(f"{__name__}:RADII", _radii, 3)
+
+
+@kernel
+def lanczos_ratio(x):
+    """N(x)/D(x), x > 0."""
+    over, under = 0.0, 1.0
+    for coefficient in LANCZOS_N:
+        over = over * x + coefficient
+    for k in range(12):
+        under = under * (x + k)
+    return over / under
+
+
+@kernel
+def beta(x, y):
+    """B(x, y) = Gamma(x) Gamma(y) / Gamma(x + y), x, y > 0."""
+    shift = LANCZOS_G - 0.5
+    ratio = lanczos_ratio(x) * lanczos_ratio(y) / lanczos_ratio(x + y)
+    return ratio * exp(-shift) * (power(x + shift, x - 0.5) * power(y + shift, y - 0.5) / power(x + y + shift, x + y - 0.5))
+
+
 def volume(a: float, b: float, c: float, p: float) -> float:
     """V = (4 pi a b c / p) B(2/p, 1 + 1/p) [m^3]."""
-    beta = math.gamma(2.0 / p) * math.gamma(1.0 + 1.0 / p) / math.gamma(1.0 + 3.0 / p)
-    return 4.0 * math.pi * a * b * c / p * beta
+    return float(4.0 * math.pi * a * b * c / p * uncompiled(beta)(2.0 / p, 1.0 + 1.0 / p))
 
 
 def exponent_for_volume(a: float, b: float, c: float, wanted: float) -> float:

@@ -25,7 +25,7 @@ READERS = {"csv": read_csv, "parquet": lambda path: parquet.read_table(path).to_
 
 @pytest.mark.parametrize("to", READERS)
 def test_round_trip(bag, tmp_path, to):
-    paths = export(bag.folder, tmp_path, to=to)
+    paths = export(bag.folder, tmp_path, to=to).paths
     assert [path.name for path in paths] == [f"cubli.imu.{to}", f"cubli.wheels.{to}", f"diagnostics.{to}"]
     imu, wheels, diagnostics = (READERS[to](path) for path in paths)
     assert list(imu)[:2] == ["stamp [ns]", "time [s]"]
@@ -47,7 +47,7 @@ def test_units_from_the_bag_and_the_caller(tmp_path):
     with BagWriter(tmp_path / "bag") as writer:
         writer.metadata("units", {"/wheels:position[wheel_x]": "rad"})
         writer.write(writer.add_topic("/wheels", WHEELS.type_name, Role.SENSOR.qos), 0, WHEELS.template)
-    path, = export(tmp_path / "bag", tmp_path, units={("/wheels", "effort[wheel_x]"): "N m"})
+    path, = export(tmp_path / "bag", tmp_path, units={("/wheels", "effort[wheel_x]"): "N m"}).paths
     assert {"position[wheel_x] [rad]", "effort[wheel_x] [N m]", "velocity[wheel_x]"} <= set(read_csv(path))
 
 
@@ -62,7 +62,7 @@ def test_nested_names_and_arrays_of_structs(tmp_path):
         kind = "geometry_msgs/msg/PoseArray"
         payload = bytes(TYPESTORE.serialize_cdr(types[kind](header, poses), kind))
         writer.write(writer.add_topic("/poses", kind, Role.TRUTH.qos), 7, payload)
-    path, = export(tmp_path / "bag", tmp_path / "out", topics=["/poses"])
+    path, = export(tmp_path / "bag", tmp_path / "out", topics=["/poses"]).paths
     found = read_csv(path)
     assert found["poses[1].position.z [m]"] == ["4.0"] and found["poses[0].orientation.w"] == ["1.0"]
 

@@ -212,7 +212,7 @@ def test_big_endian_and_changing_frames(tmp_path):
 def test_payload_that_is_no_message(tmp_path):
     with BagWriter(tmp_path / "bag") as writer:
         writer.write(writer.add_topic("/cubli/imu", IMU.type_name, Role.SENSOR.qos), 0, IMU.template[:-40])
-        writer.write(writer.add_topic("/xcdr2", IMU.type_name, Role.SENSOR.qos), 0, b"\0\7" + IMU.template[2:])
+        writer.write(writer.add_topic("/xcdr2", IMU.type_name, Role.SENSOR.qos), 0, b"\0\11" + IMU.template[2:])
     bag = read_bag(tmp_path / "bag")
     with pytest.raises(BagError, match="fewer bytes than its definition needs"):
         bag["/cubli/imu"]

@@ -1,10 +1,12 @@
 """Elementary functions give the same bits compiled, in vector code and in plain Python; their machine code calls no C library."""
 
 import importlib
+import math
 import re
 import sys
 import warnings
 
+import llvmlite.binding as llvm
 import numba
 import numpy as np
 import pytest
@@ -81,3 +83,34 @@ def test_machine_code_calls_nothing_and_fuses_nothing(name):
         code = function.inspect_asm(signature)
         assert not FUSED.search(code)
         assert not re.search(r"(?:call\w*|jmp|bl|\$)\s*sqrt\b", code)  # declared, yet an instruction
+
+
+def code_for_arm(function):
+    """Assembly for 64-bit Arm of a compiled function: made here, not run."""
+    try:
+        llvm.initialize_all_targets()
+        llvm.initialize_all_asmprinters()
+        machine = llvm.Target.from_triple("aarch64-unknown-linux-gnu").create_target_machine(opt=3)
+    except RuntimeError:
+        pytest.skip("this llvmlite makes code for its own processor only")
+    text = function.inspect_llvm(function.signatures[0])
+    text = re.sub(r"^target (triple|datalayout) = .*$", "", text, flags=re.MULTILINE)
+    return machine.emit_assembly(llvm.parse_assembly('target triple = "aarch64-unknown-linux-gnu"\n' + text))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_machine_code_for_arm_calls_nothing_and_fuses_nothing(name):
+    function = getattr(elementary, name)
+    function(*(0.5,) * (2 if name in cases.PAIRS else 1))
+    code = code_for_arm(function)
+    assert not FUSED.search(code)
+    called = re.findall(r"\bbl?\s+([A-Za-z_][\w.$]*)", code)
+    assert not [symbol for symbol in called if symbol == "sqrt" or not HARMLESS.match(symbol)]
+
+
+def test_the_search_finds_what_it_is_for():
+    contracted = numba.njit("float64(float64)", fastmath={"contract"})(lambda x: x * x + 1.0)
+    assert FUSED.search(code_for_arm(contracted))
+    sine = numba.njit("float64(float64)")(lambda x: math.sin(x))
+    declared = re.findall(r"^declare .*?@\"?([\w.$]+)", sine.inspect_llvm(sine.signatures[0]), re.MULTILINE)
+    assert [symbol for symbol in declared if not HARMLESS.match(symbol)]

@@ -41,7 +41,10 @@ CASES = {
     "unconnected, nobody publishes": (put("components/sensor", None), "watcher.imu is unconnected: no component publishes "
                                       "'toy/imu'"),
     "wrong signal": (put("connect/controller.imu", "plant.truth"), "connect: controller.imu: plant.truth is the wrong signal: "
-                     "it carries toy/truth (sensor_msgs/msg/JointState"),
+                     "it carries toy/truth (sensor_msgs/msg/JointState)", "the type is sensor_msgs/msg/JointState there, "
+                     "sensor_msgs/msg/Imu here"),
+    "wrong names": (put("connect/watcher.command", "plant.truth"), "name is 6 long there, 3 long here",
+                    "effort is 0 long there, 3 long here"),
     "unknown component": (put("connect/controller.imu", "sensr.imu"), "no component called 'sensr'; did you mean 'sensor'?"),
     "unknown output": (put("connect/controller.imu", "sensor.im"), "no output called 'im'; did you mean 'imu'?"),
     "unknown input": (put("connect/controller.im", "sensor.imu"), "no input called 'im'; did you mean 'imu'?"),

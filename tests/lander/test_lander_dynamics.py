@@ -12,85 +12,88 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from flight_graph.kernel import kernel
+from flight_math import DualVector, Mat3, Vec3, kernel, rk4
 from lander_ros.landing_law import landing_law
 from lander_ros.twistor import from_pose, pose_from_twistor, switch_to_shadow, to_pose
 from lander_ros.twistor_dynamics import twistor_state_rate
-from sim_nodes.ellipsoid_gravity import ellipsoid_gravity
-from sim_nodes.lander_dynamics import (
-    STATES,
-    advance,
-    approach_attitude,
-    body_velocity,
+from sim_nodes.gravity.ellipsoid import ellipsoid_gravity
+from sim_nodes.lander.descent import Watch
+from sim_nodes.lander.dynamics import (
+    attitude_matrix,
     hold_step,
-    lander_plant,
+    motor,
+    rate_under,
+    require_truth,
     site_gravity,
-    state_rate,
     touched_down,
 )
-from tests.lander.reference_landing import start_state
+from sim_nodes.lander.start import approach_attitude, require_approach
+from tests.lander.reference_landing import matrix, numbers, start_motion
+
+ZERO = Vec3(0.0, 0.0, 0.0)
 
 
 def inertial_motion(reference, state, force, torque, duration, mass_flow=0.0):
     """r^D, R_DB and rates after ``duration`` [s] by Newton and Euler in an inertial frame, with scipy's DOP853."""
-    plant, body = reference.plant, reference.body
-    spin = np.array([0.0, 0.0, plant.spin])
-    r_ad = plant.site_rotation
+    truth, body = reference.truth, reference.body
+    spin = np.array([0.0, 0.0, truth.body_spin])
+    r_ad, rho, inertia = matrix(truth.site_rotation), np.array(truth.site_position), matrix(truth.inertia)
     attitude = r_ad @ Rotation.from_quat(state[6:10]).as_matrix()  # A and the inertial axes coincide at t = 0
-    position = plant.site_position + r_ad @ state[0:3]
+    position = rho + r_ad @ state[0:3]
     velocity = r_ad @ state[3:6] + np.cross(spin, position)
     rates = state[10:13] + attitude.T @ spin
 
     def derivative(t, y):
         to_a = Rotation.from_rotvec(-spin * t).as_matrix()
-        matrix = y[6:15].reshape(3, 3)
+        turn = y[6:15].reshape(3, 3)
         w = y[15:18]
-        gravity = to_a.T @ np.array(ellipsoid_gravity(body, *(to_a @ y[0:3])))
+        gravity = to_a.T @ np.array(ellipsoid_gravity(body, Vec3(*(to_a @ y[0:3]))))
         skew = np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
-        angular = np.linalg.solve(plant.inertia, torque - np.cross(w, plant.inertia @ w))
-        acceleration = gravity + matrix @ force / (state[13] - mass_flow * t)
-        return np.concatenate([y[3:6], acceleration, (matrix @ skew).ravel(), angular])
+        angular = np.linalg.solve(inertia, torque - np.cross(w, inertia @ w))
+        acceleration = gravity + turn @ force / (state[13] - mass_flow * t)
+        return np.concatenate([y[3:6], acceleration, (turn @ skew).ravel(), angular])
 
     start = np.concatenate([position, velocity, attitude.ravel(), rates])
     end = solve_ivp(derivative, (0.0, duration), start, method="DOP853", rtol=1e-13, atol=1e-12).y[:, -1]
     to_a = Rotation.from_rotvec(-spin * duration).as_matrix()
-    matrix = r_ad.T @ to_a @ end[6:15].reshape(3, 3)
-    r = r_ad.T @ (to_a @ end[0:3] - plant.site_position)
+    turn = r_ad.T @ to_a @ end[6:15].reshape(3, 3)
+    r = r_ad.T @ (to_a @ end[0:3] - rho)
     v = r_ad.T @ (to_a @ end[3:6] - np.cross(spin, to_a @ end[0:3]))
-    return r, v, matrix, end[15:18] - matrix.T @ (r_ad.T @ spin)
+    return r, v, turn, end[15:18] - turn.T @ (r_ad.T @ spin)
+
+
+def held(truth, motion, wrench, flow, steps):
+    """The motion after steps of 0.1 s under a held wrench."""
+    for _ in range(steps):
+        motion = hold_step(truth, truth, motion, site_gravity(truth, truth, motion.position), wrench, flow, 0.1)
+    return motion
 
 
 @pytest.mark.parametrize("mass_flow", [0.0, 0.05])
 def test_plant_against_the_inertial_frame(reference, mass_flow):
-    state = reference.state.copy()
-    state[10:13] = 0.02, -0.03, 0.05  # [rad/s]
+    start = reference.start._replace(rates=Vec3(0.02, -0.03, 0.05))  # [rad/s]
     force, torque = np.array([5.0, -8.0, 12.0]), np.array([0.1, -0.2, 0.15])
-    expected = inertial_motion(reference, state.copy(), force, torque, 40.0, mass_flow)
-    matrix, work = np.zeros((3, 3)), np.zeros((3, STATES))
-    for _ in range(400):
-        hold_step(
-            reference.body, reference.plant, state, force, torque, mass_flow, 0.1, matrix, work
-        )
-    r, v, attitude, rates = expected
-    np.testing.assert_allclose(state[0:3], r, rtol=0.0, atol=1e-7)
-    np.testing.assert_allclose(state[3:6], v, rtol=0.0, atol=1e-9)
-    np.testing.assert_allclose(Rotation.from_quat(state[6:10]).as_matrix(), attitude, rtol=0.0, atol=1e-9)
-    np.testing.assert_allclose(state[10:13], rates, rtol=0.0, atol=1e-10)
-    assert state[13] == pytest.approx(500.0 - 40.0 * mass_flow, abs=1e-9)
+    r, v, attitude, rates = inertial_motion(reference, numbers(start), force, torque, 40.0, mass_flow)
+    end = held(reference.truth, start, DualVector(Vec3(*force), Vec3(*torque)), mass_flow, 400)
+    np.testing.assert_allclose(end.position, r, rtol=0.0, atol=1e-7)
+    np.testing.assert_allclose(end.velocity, v, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(Rotation.from_quat(end.attitude).as_matrix(), attitude, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(end.rates, rates, rtol=0.0, atol=1e-10)
+    assert end.mass == pytest.approx(500.0 - 40.0 * mass_flow, abs=1e-9)
 
 
 def test_gravity_gradient_torque_is_the_central_fields(reference):
     """Against the torque of a dumb-bell: six masses with the inertia's principal moments in a point-mass field."""
-    plant = reference.plant._replace(gravity_gradient_mu=reference.body.mu)
-    state = start_state([0, 0, 0], [0, 0, 0], Rotation.from_euler("xyz", [0.4, -0.7, 1.1]).as_quat(), [0, 0, 0])
-    zero, matrix = np.zeros(3), np.zeros((3, 3))
-    with_torque, without = np.zeros(STATES), np.zeros(STATES)
-    state_rate(reference.body, plant, state, zero, zero, 0.0, matrix, with_torque)
-    state_rate(reference.body, reference.plant, state, zero, zero, 0.0, matrix, without)
-    torque = plant.inertia @ (with_torque - without)[10:13]
-    moments, axes = np.linalg.eigh(plant.inertia)
+    truth = reference.truth
+    motion = start_motion([0, 0, 0], [0, 0, 0], Rotation.from_euler("xyz", [0.4, -0.7, 1.1]).as_quat(), [0, 0, 0])
+    with_torque, without = (
+        rate_under(truth._replace(gravity_gradient=on), truth, motion, ZERO, DualVector(ZERO, ZERO), 0.0)
+        for on in (True, False))
+    torque = matrix(truth.inertia) @ np.array(with_torque.rates - without.rates)
+    moments, axes = np.linalg.eigh(matrix(truth.inertia))
     half = np.sqrt((0.5 * moments.sum() - moments) / 2.0)  # one unit mass at +- half on each principal axis
-    centre = matrix.T @ (plant.site_rotation.T @ plant.site_position)
+    to_site = matrix(attitude_matrix(motion.attitude))
+    centre = to_site.T @ (matrix(truth.site_rotation).T @ np.array(truth.site_position))
     total = np.zeros(3)
     for i in range(3):
         for sign in (1.0, -1.0):
@@ -101,117 +104,91 @@ def test_gravity_gradient_torque_is_the_central_fields(reference):
 
 
 @kernel
-def twistor_flight(
-    law_p, inverse, field, plant, twistor, dt, steps, held, plant_state, work, dual_work, vectors, matrix
-):
+def wrench_of_law(law_p, truth, twistor, velocity):
+    """The law's wrench at a twistor and a motor, under the true gravity."""
+    r, q = pose_from_twistor(twistor)
+    return landing_law(law_p, r, q, velocity, site_gravity(truth, truth, r))[0]
+
+
+@kernel
+def twistor_rates(given, t, state):
+    """dB/dt and dV/dt under the wrench that is held, or that of the law, and the true gravity."""
+    law_p, inverse, truth, held, hold = given
+    twistor, velocity = state
+    r, _ = pose_from_twistor(twistor)
+    wrench = held if hold else wrench_of_law(law_p, truth, twistor, velocity)
+    return twistor_state_rate(law_p, inverse, twistor, velocity, wrench, site_gravity(truth, truth, r))
+
+
+@kernel
+def twistor_flight(law_p, inverse, truth, start, dt, steps, hold):
     """Fly the law with (B, V) as the state: the law in every Runge-Kutta stage or held; counts shadow switches."""
-    rate, total, stage = work[0], work[1], work[2]
+    twistor, velocity = start
     switches = 0
     for _ in range(steps):
-        for i in range(16):
-            stage[i] = twistor[i]
-            total[i] = 0.0
-        for k in range(4):
-            pose_from_twistor(stage[0:8], plant_state[0:3], plant_state[6:10])
-            site_gravity(field, plant, plant_state, vectors[2])
-            if k == 0 or not held:
-                landing_law(
-                    law_p,
-                    plant_state[0:3],
-                    plant_state[6:10],
-                    stage[12:15],
-                    stage[8:11],
-                    vectors[2],
-                    matrix,
-                    work[3, 0:6],
-                    vectors[0],
-                    vectors[1],
-                )
-            twistor_state_rate(law_p, inverse, vectors[2], stage, vectors[0], vectors[1], dual_work, rate)
-            advance(twistor, rate, k, dt, total, stage)
-        switches += switch_to_shadow(twistor[0:8], 1.0)
-    return switches
+        held = wrench_of_law(law_p, truth, twistor, velocity)
+        given = (law_p, inverse, truth, held, hold)
+        twistor, velocity = rk4(twistor_rates, given, 0.0, (twistor, velocity), dt)
+        twistor, switched = switch_to_shadow(twistor, 1.0)
+        switches += switched
+    return twistor, velocity, switches
 
 
-def fly_as_twistor(reference, state, dt, duration, held):
-    alpha = np.zeros(3)
-    body_velocity(state, np.zeros((3, 3)), alpha)
-    twistor = np.concatenate([from_pose(state[:3], state[6:10]), state[10:13], [0.0], alpha, [0.0]])
-    switches = twistor_flight(
-        reference.law,
-        np.linalg.inv(reference.law.inertia),
-        reference.body,
-        reference.plant,
-        twistor,
-        dt,
-        round(duration / dt),
-        held,
-        state.copy(),
-        np.zeros((4, 16)),
-        np.zeros((8, 8)),
-        np.zeros((3, 3)),
-        np.zeros((3, 3)),
-    )
-    return twistor, switches
+def fly_as_twistor(reference, start, dt, duration, hold):
+    inverse = Mat3(np.linalg.inv(matrix(reference.law.inertia)))
+    first = (from_pose(start.position, start.attitude), motor(start))
+    return twistor_flight(reference.law, inverse, reference.truth, first, dt, round(duration / dt), hold)
 
 
-def compare(twistor, state, metres):
-    r, q = to_pose(twistor[:8])
-    np.testing.assert_allclose(r, state[:3], rtol=0.0, atol=metres)
-    assert (Rotation.from_quat(q) * Rotation.from_quat(state[6:10]).inv()).magnitude() < 1e-9
-    np.testing.assert_allclose(twistor[8:11], state[10:13], rtol=0.0, atol=1e-10)
+def compare(twistor, velocity, motion, metres):
+    r, q = to_pose(twistor)
+    np.testing.assert_allclose(r, motion.position, rtol=0.0, atol=metres)
+    assert (Rotation.from_quat(q) * Rotation.from_quat(motion.attitude).inv()).magnitude() < 1e-9
+    np.testing.assert_allclose(velocity.real, motion.rates, rtol=0.0, atol=1e-10)
 
 
 def test_twistor_integration_is_rigid_body_integration_over_a_minute(reference):
     _, end, _ = reference.fly_law(duration=60.0, dt=0.02)
-    twistor, switches = fly_as_twistor(reference, reference.state, 0.02, 60.0, False)
+    twistor, velocity, switches = fly_as_twistor(reference, reference.start, 0.02, 60.0, False)
     assert switches == 0
-    compare(twistor, end, 1e-8)
+    compare(twistor, velocity, end, 1e-8)
 
 
 def test_twistor_integration_across_a_shadow_switch(reference):
     """A craft that turns through 180 deg, with b as the state: the switch changes nothing."""
     q = approach_attitude(reference.r0, math.radians(179.5), math.radians(5.0), 0.3)
-    state = start_state(reference.r0, [0.3, -0.2, 0.1], q, [0.5, -0.3, -8.0])
-    b = from_pose(state[:3], q)
-    if b[2] * state[12] < 0.0:
-        state[12] = -state[12]
-    _, end, _ = reference.fly_law(state=state, duration=60.0, dt=0.02, control_period=0.02)
-    twistor, switches = fly_as_twistor(reference, state, 0.02, 60.0, True)
+    start = start_motion(reference.r0, [0.3, -0.2, 0.1], q, [0.5, -0.3, -8.0])
+    if from_pose(start.position, q).real.z * start.rates.z < 0.0:
+        start = start._replace(rates=Vec3(start.rates.x, start.rates.y, -start.rates.z))
+    _, end, _ = reference.fly_law(start=start, duration=60.0, dt=0.02, control_period=0.02)
+    twistor, velocity, switches = fly_as_twistor(reference, start, 0.02, 60.0, True)
     assert switches >= 1
-    compare(twistor, end, 1e-8)
+    compare(twistor, velocity, end, 1e-8)
 
 
 def test_a_held_law_is_hold_steps(reference):
     """The reference descent at 1 Hz is ten steps of 0.1 s with the wrench of the law, byte for byte."""
     _, end, _ = reference.fly_law(duration=20.0, control_period=1.0)
-    state, matrix, work = reference.state.copy(), np.zeros((3, 3)), np.zeros((3, STATES))
+    motion = reference.start
     for _ in range(20):
-        at = reference.evaluate(state)
-        for _ in range(10):
-            hold_step(
-                reference.body, reference.plant, state, at.force, at.torque, 0.0, 0.1, matrix, work
-            )
-    assert state.tobytes() == end.tobytes()
+        motion = held(reference.truth, motion, reference.evaluate(motion).wrench, 0.0, 10)
+    assert numbers(motion).tobytes() == numbers(end).tobytes()
 
 
 def test_contact_trigger_needs_height_and_nearness():
-    state = start_state([1.0, 1.0, 0.09], [0, 0, 0], [0, 0, 0, 1], [0, 0, 0])
-    assert touched_down(state, 0.1, 20.0)
-    state[2] = 0.11
-    assert not touched_down(state, 0.1, 20.0)
-    state[:3] = 25.0, 0.0, 0.05
-    assert not touched_down(state, 0.1, 20.0)
+    assert touched_down(Watch(), Vec3(1.0, 1.0, 0.09))
+    assert not touched_down(Watch(), Vec3(1.0, 1.0, 0.11))
+    assert not touched_down(Watch(), Vec3(25.0, 0.0, 0.05))
 
 
 def test_bad_plants_and_starts_are_refused(reference):
-    rotation, rho = reference.rotation, reference.rho
+    truth = reference.truth
     with pytest.raises(ValueError, match="inertia"):
-        lander_plant(np.diag([1.0, -1.0, 1.0]), rotation, rho, 0.0)
+        require_truth(truth._replace(inertia=Mat3(np.diag([1.0, -1.0, 1.0]))))
     with pytest.raises(ValueError, match="site_rotation"):
-        lander_plant(np.eye(3), 2.0 * rotation, rho, 0.0)
+        require_truth(truth._replace(site_rotation=2.0 * truth.site_rotation))
     with pytest.raises(ValueError, match="least rotation"):
-        approach_attitude([0.0, 0.0, -1.0], 0.0, 0.0, 0.0)
+        require_approach([0.0, 0.0, -1.0])
     with pytest.raises(ValueError, match="multiple"):
         reference.fly_law(control_period=0.25)
 
@@ -220,11 +197,11 @@ def test_records_and_plain_python_give_the_same_bits(reference):
     """The kernels' plain source against their compiled form, bit for bit, over the nominal start."""
     program = (
         "import json\n"
-        "from tests.lander.reference_landing import reference_landing\n"
+        "from tests.lander.reference_landing import numbers, reference_landing\n"
         "site = reference_landing()\n"
         "_, end, history = site.fly_law(duration=3.0, dt=0.5, record_period=0.5)\n"
         "_, other, _ = site.fly_pd(duration=3.0, dt=0.5)\n"
-        "print(json.dumps([float(x).hex() for x in [*history.ravel(), *other]]))\n"
+        "print(json.dumps([float(x).hex() for x in [*history.ravel(), *numbers(other)]]))\n"
     )
     plain = subprocess.run(
         [sys.executable, "-c", program],
@@ -237,4 +214,4 @@ def test_records_and_plain_python_give_the_same_bits(reference):
     )
     _, end, history = reference.fly_law(duration=3.0, dt=0.5, record_period=0.5)
     _, other, _ = reference.fly_pd(duration=3.0, dt=0.5)
-    assert json.loads(plain.stdout) == [float(x).hex() for x in [*history.ravel(), *other]]
+    assert json.loads(plain.stdout) == [float(x).hex() for x in [*history.ravel(), *numbers(other)]]

@@ -5,17 +5,18 @@ import math
 import numpy as np
 import pytest
 
+from flight_math import DualVector, Vec3
 from lander_ros.landing_checks import gain_warnings, require_start, require_vehicle, start_margins
 from lander_ros.landing_law import LandingLaw
 from lander_ros.pose_pd import PosePd
-from sim_nodes.lander_dynamics import approach_attitude
-from sim_nodes.lander_thrusters import LanderThrusters, apply_thrusters
+from sim_nodes.lander.start import approach_attitude
+from sim_nodes.lander.thrusters import LanderThrusters, apply_thrusters
 from tests.lander.reference_landing import record
 
 
-def applied(thrusters, force, torque, period=0.1):
-    f, t = np.zeros(3), np.zeros(3)
-    return apply_thrusters(thrusters, np.array(force, float), np.array(torque, float), period, f, t), f, t
+def applied(thrusters, force, torque):
+    wrench, flow = apply_thrusters(thrusters, DualVector(Vec3(*force), Vec3(*torque)))
+    return flow, wrench.real, wrench.dual
 
 
 def test_ideal_thrusters_only_limit():
@@ -68,7 +69,7 @@ def test_a_mass_that_is_not_positive_is_refused():
 
 
 def test_a_start_in_the_funnel_or_without_the_site_is_refused_with_margins(reference):
-    low = reference.r0 - [0.0, 0.0, 60.0]
+    low = reference.r0 - Vec3(0.0, 0.0, 60.0)
     with pytest.raises(ValueError, match=r"keep-out funnel: clearance -9\.794 m"):
         require_start(reference.law, low, approach_attitude(low, 0.0, 0.1, 0.0))
     tilted = approach_attitude(reference.r0, 0.0, math.radians(31.0), 0.0)

@@ -1,6 +1,6 @@
 """The claims table of the landing, without its batches of 200 runs; and that its figures can be drawn."""
 
-from flight_graph.claims.claims import claims
+from flight_graph.claims import claims
 from papers.lander import figures
 
 BATCHES = {"draws", "noisy", "noisy_low", "draws_free", "draws_pd"}

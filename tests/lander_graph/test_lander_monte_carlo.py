@@ -7,11 +7,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from flight_graph.graphs.scenario import load
-from flight_graph.kernel import plain
 from flight_graph.sweeps.sweep import Sweep
+from flight_math import Vec3, view
 from lander_ros.constraints import clearance
-from sim_nodes.lander_plant import LanderPlant
-from sim_nodes.lander_start import drawn, place
+from sim_nodes.lander.plant import LanderPlant
+from sim_nodes.lander.start import drawn, motion_at_start
 
 CASES = (0, 1, 2, 45, 117, 122, 126, 134, 176, 188)  # the first ones, and the extreme ones of the whole set
 
@@ -36,16 +36,16 @@ def test_draws_are_those_of_the_definition():
     v_axis, v = random.normal(size=3), random.uniform(0, 0.5)
     w_axis, w = random.normal(size=3), random.uniform(0, 0.3)
     values = drawn(20208)
-    p = LanderPlant.parameters.record({**LanderPlant.parameters.defaults(), **values}).view(np.recarray)[0]
-    motion = np.zeros(14)
-    plain(place)(p, motion, np.zeros((4, 4)))
-    r, turn = motion[:3], Rotation.from_quat(motion[6:10])
+    record = LanderPlant.parameters.record({**LanderPlant.parameters.defaults(), **values})
+    p = view(record[0], LanderPlant.parameters.kinds)
+    motion = motion_at_start(p)
+    r, turn = np.array(motion.position), Rotation.from_quat(motion.attitude)
     assert abs(math.hypot(r[0], r[1]) - horizontal) < 1e-9
     assert abs(math.degrees(math.atan2(r[1], r[0])) % 360.0 - azimuth) < 1e-9
-    assert abs(clearance(r.copy(), 27.0, 1.2, 1.0 / 3.0, 10.0, 1.5, np.zeros(3)) - d) < 1e-9
+    assert abs(clearance(p, Vec3(*r)) - d) < 1e-9
     assert abs(math.degrees(math.acos(turn.apply([0, 0, 1]) @ r / np.linalg.norm(r))) - error) < 1e-6
-    np.testing.assert_allclose(motion[3:6], v_axis / np.linalg.norm(v_axis) * v, rtol=1e-12)
-    np.testing.assert_allclose(motion[10:13], np.radians(w_axis / np.linalg.norm(w_axis) * w), rtol=1e-12)
+    np.testing.assert_allclose(motion.velocity, v_axis / np.linalg.norm(v_axis) * v, rtol=1e-12)
+    np.testing.assert_allclose(motion.rates, np.radians(w_axis / np.linalg.norm(w_axis) * w), rtol=1e-12)
     least = Rotation.align_vectors([r / np.linalg.norm(r)], [[0, 0, 1]])[0]
     tilt = Rotation.from_rotvec(math.radians(error) * np.array([math.cos(math.radians(direction)),
                                                                 math.sin(math.radians(direction)), 0.0]))

@@ -8,13 +8,13 @@ from flight_graph.components.component import Component
 from flight_graph.components.records import Array, State
 from flight_graph.errors import FlightError
 from flight_graph.graphs.scenario import load
-from flight_graph.kernel import fingerprint
-from sim_nodes.ellipsoid_gravity import Ellipsoid, ellipsoid_gravity
+from flight_math import Vec3, fingerprint
 from sim_nodes.gravity import bodies, mesh
+from sim_nodes.gravity.ellipsoid import Ellipsoid, ellipsoid_gravity
 from sim_nodes.gravity.polyhedron import evaluate
 from sim_nodes.gravity.superellipsoid import Superellipsoid
-from sim_nodes.lander_plant import LanderPlant
-from sim_nodes.lander_polyhedral import FACES, PolyhedralPlant, require_outside
+from sim_nodes.lander.plant import LanderPlant
+from sim_nodes.lander.polyhedral import FACES, PolyhedralPlant, require_outside
 
 NAME = "lander_bennu_polyhedral"
 
@@ -62,12 +62,12 @@ def test_ellipsoid_limit(fly):
     The error is within 4.6e-3, that of 980 faces at a sphere's surface; from 4 to 8 parts it falls as the square, by 4.
     """
     axes = bodies.BENNU_SEMI_AXES
-    exact = Ellipsoid(bodies.BENNU_GM, np.array(axes))
+    exact = Ellipsoid(bodies.BENNU_GM, Vec3(*axes))
 
     def errors(**changes):
         position, true, _ = in_body(fly(NAME, plant__exponent=2.0, **changes)[1])
         rows = np.arange(0, len(position), 100)
-        return relative(true[rows], np.array([ellipsoid_gravity(exact, *position[row]) for row in rows]))
+        return relative(true[rows], np.array([ellipsoid_gravity(exact, Vec3(*position[row])) for row in rows]))
 
     assert errors().max() < 4.6e-3
     high = {"duration_s": 1, "plant__start_position": [0.0, 0.0, 300.0]}

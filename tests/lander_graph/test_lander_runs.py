@@ -9,6 +9,7 @@ import math
 import numpy as np
 import pytest
 
+from flight_math import DualVector, Vec3
 from lander_ros.twistor import from_pose, site_velocity
 
 
@@ -70,10 +71,11 @@ def test_topics_agree_with_each_other(fly):
         odometry, truth = recording["lander/truth/odom"][row], recording["lander/truth"][row]
         pose, twist = odometry["pose"]["pose"], odometry["twist"]["twist"]
         twistor = recording["lander/twistor"][row]
-        np.testing.assert_allclose(twistor["twistor"], from_pose(pose["position"], pose["orientation"]), rtol=1e-14)
+        expected = from_pose(pose["position"], pose["orientation"])
+        np.testing.assert_allclose(twistor["twistor"], [*expected.real, 0.0, *expected.dual, 0.0], rtol=1e-14)
         motor = np.array([*twist["angular"], 0.0, *twist["linear"], 0.0])
         np.testing.assert_array_equal(twistor["motor"], motor)
-        velocity = site_velocity(motor, pose["orientation"])
+        velocity = site_velocity(DualVector(Vec3(*motor[:3]), Vec3(*motor[4:7])), pose["orientation"])
         np.testing.assert_allclose(velocity, truth["site_velocity"], rtol=0, atol=1e-15)
         constraints = recording["lander/constraints"][row]
         assert abs(constraints["clearance"] - truth["clearance"]) < 1e-9

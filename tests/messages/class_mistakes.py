@@ -24,8 +24,9 @@ FILE = [
              "flight_math has no 'cros'", "did you mean 'cross'"),
     declared("name that is not there", "LIST = [1.0, 2.0, 3.0]", "LIST = GAIN", "there is no name 'GAIN' here",
              "did you mean 'GAINS'"),
+    declared("kernel that is called", LAST, "    kernel = law()\n", "TypeError"),
     declared("exception at the top of the file", "LIST = [1.0, 2.0, 3.0]", "LIST = GAINS[4]", "IndexError"),
-    declared("signal that is not there", "cubli.ATTITUDE}", "cubli.ATITUDE}", "AttributeError", "ATITUDE"),
+    declared("signal that is not there", "cubli.ATTITUDE}", "cubli.ATITUDE}", "msg_schemas.cubli has no 'ATITUDE'", "did you mean 'ATTITUDE'"),
 ]
 RECORDS = [
     declared("reserved name", "    count: int\n", "    size: int\n", "this name is reserved", "take another name",
@@ -35,6 +36,10 @@ RECORDS = [
              where="LawState.count: "),
     declared("list as annotation", "    count: int\n", "    count: list\n", "list is not allowed", "Array(...)",
              where="LawState.count: "),
+    declared("unknown range", 'field(0.3, unit="1/s", gt=0)', 'field(0.3, unit="1/s", gte=0)', "field has no 'gte'",
+             "did you mean 'gt' or 'ge'", where="LawParameters.slope: "),
+    declared("unknown keyword of field", 'field(0.3, unit="1/s", gt=0)', 'field(0.3, units="1/s", gt=0)', "field has no 'units'",
+             "did you mean 'unit'", where="LawParameters.slope: "),
     declared("missing annotation", '    note: str = field("")\n', '    note = field("")\n', "it has no annotation",
              where="LawParameters.note: "),
 ]
@@ -47,6 +52,10 @@ DECLARATIONS = [
     declared("port called p", INPUTS, '    inputs = {"p": cubli.ATTITUDE}\n', "'p' is no name for a port", where="Law.inputs: "),
     declared("input for inputs", INPUTS, '    input = {"attitude": cubli.ATTITUDE}\n', "no component declares this",
              "did you mean 'inputs'?", where="Law.input: "),
+    declared("params for parameters", "parameters, state = LawParameters, LawState", "params, state = LawParameters, LawState",
+             "no component declares this", "did you mean 'parameters'?", where="Law.params: "),
+    declared("rate for rate_hz", LAST, LAST + "    rate = 50.0\n", "did you mean 'rate_hz'?", where="Law.rate: "),
+    declared("fault for faults", LAST, LAST + '    fault = {1: "too steep"}\n', "did you mean 'faults'?", where="Law.fault: "),
     declared("output for outputs", OUTPUTS, '    output = {"command": cubli.COMMAND}\n', "is no function",
              "did you mean 'outputs'?", where="Law.output: "),
     declared("port in both", OUTPUTS, '    outputs = {"attitude": cubli.COMMAND}\n', "inputs and outputs at once",
@@ -69,6 +78,10 @@ DECLARATIONS = [
              "write @classmethod above it", line="def check", where="Law.check: "),
 ]
 OWN_PYTHON = [
+    declared("default of another length", "weights: Vec3 = field(1.0)", "weights: Vec3 = field((1.0, 2.0))",
+             "the default: (1.0, 2.0) is not allowed", "allowed: 3 numbers", where="LawParameters.weights: "),
+    declared("default outside of its range", 'field(0.3, unit="1/s", gt=0)', 'field(-0.3, unit="1/s", gt=0)',
+             "the default: -0.3 is not allowed", "> 0", where="LawParameters.slope: "),
     declared("exception in resolve", LAST, METHOD.format("resolve(cls, values, where, folder)", "return 1 / 0"),
              "ZeroDivisionError", where="Law.resolve: "),
     declared("unknown parameter in resolve", LAST, METHOD.format(

@@ -32,6 +32,12 @@ ARGUMENTS = [
             ("law takes 4 arguments", "kernel(t_ns, p, x, attitude, command)", "missing: command")),
     Mistake("one argument more", "def law(t_ns, p, x, attitude, command)", "def law(t_ns, p, x, attitude, imu, command)",
             ("law takes 6 arguments", "too many: imu")),
+    Mistake("too few arguments for many ports", 'inputs = {"attitude": cubli.ATTITUDE}',
+            'inputs = {"attitude": cubli.ATTITUDE, **{f"other_{i}": cubli.IMU for i in range(4)}}',
+            ("law takes 5 arguments", "or kernel(t_ns, p, x, inputs, outputs)", "missing: other_0"), "def law("),
+    Mistake("misspelt port of a bundle", """law(t_ns, p, x, attitude, command):
+    rates = attitude.angular_velocity""", """law(t_ns, p, x, inputs, command):
+    rates = inputs.atitude.angular_velocity""", ("inputs has no field 'atitude'", "did you mean 'attitude'"), "inputs.atitude"),
     Mistake("missing @kernel", "@kernel\ndef law(", "def law(", ("law lacks @kernel",), "def law("),
     inserted("call with too few arguments", "command.effort = leaned(p, torque)",
              "leaned(p, angles, rates) takes 3 arguments; 2 are given"),

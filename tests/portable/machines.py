@@ -60,15 +60,13 @@ def older_x86() -> Machine:
 
 def emulated_arm(root: Path) -> Machine | str:
     """The machine, or what is missing of it."""
-    qemu = next(filter(None, map(shutil.which, ("qemu-aarch64-static", "qemu-aarch64"))), None)
-    if qemu is None:
-        return "no qemu-aarch64-static"
-    pythons = sorted((root / "usr" / "bin").glob("python3.1[12]"))
-    if not pythons or not (root / "opt" / "packages").is_dir():
+    python = root / "usr" / "bin" / "arm_python"
+    if not python.exists():
         return f"no root in {root}"
-    return Machine("arm", "64-bit Arm, emulated", [qemu, str(pythons[0])], {
-        "QEMU_LD_PREFIX": str(root), "FLIGHT_CACHE_DIR": own_cache("arm"), "NUMBA_CPU_NAME": None,
-        "PYTHONPATH": str(root / "opt" / "packages"), "OPENBLAS_CORETYPE": None, "VIRTUAL_ENV": None})
+    if not any(map(shutil.which, ("qemu-aarch64-static", "qemu-aarch64"))):
+        return "no qemu-aarch64-static"
+    return Machine("arm", "64-bit Arm, emulated", [str(python)], {
+        "FLIGHT_CACHE_DIR": own_cache("arm"), "NUMBA_CPU_NAME": None, "OPENBLAS_CORETYPE": None, "PYTHONPATH": None})
 
 
 def machines(root: Path) -> tuple[list[Machine], str | None]:

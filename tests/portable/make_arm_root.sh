@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Makes a root of Debian 12 for 64-bit Arm with the locked packages, for `make portable`.
 # usage: tests/portable/make_arm_root.sh [FOLDER]     (default: ~/.cache/flight_graph/arm_root; some 1.4 GB)
-# Needs debootstrap, dpkg-deb and qemu-aarch64-static; neither chroot nor binfmt. MIRROR names another mirror of Debian.
+# Needs debootstrap, dpkg-deb and qemu-aarch64-static; neither chroot nor binfmt.
+# MIRROR names another mirror of Debian, PYTHON whose pip installs (default: that of .venv).
 set -euo pipefail
 root=${1:-${XDG_CACHE_HOME:-$HOME/.cache}/flight_graph/arm_root}
 source=$(cd "$(dirname "$0")/../.." && pwd)
@@ -12,8 +13,9 @@ for tool in debootstrap dpkg-deb; do
 done
 PATH=$PATH:/usr/sbin
 qemu=$(command -v qemu-aarch64-static || command -v qemu-aarch64) || stop "qemu-aarch64-static is not there"
-[ ! -e "$root/usr/bin/python3.11" ] || stop "$root is there already"
-[ -x "$source/.venv/bin/python" ] || stop "run make setup first: its pip installs the packages"
+[ ! -e "$root/usr/bin/python3.11" ] || stop "$root is there already; remove it to make it anew"
+python=${PYTHON:-$source/.venv/bin/python}
+[ -x "$python" ] || stop "run make setup first, or name a Python with pip: PYTHON=/path/to/python3"
 as_root=()
 [ "$(id -u)" = 0 ] || { command -v fakeroot >/dev/null || stop "neither root nor fakeroot"; as_root=(fakeroot); }
 
@@ -26,9 +28,17 @@ for package in "$root"/var/cache/apt/archives/*.deb; do # in place of the second
 done
 rm -f "$root"/var/cache/apt/archives/*.deb
 
+# A Python that the host can start, and that starts itself again as the compiler's processes.
+cat > "$root/usr/bin/arm_python" <<SCRIPT
+#!/bin/sh
+root=\$(cd "\$(dirname "\$0")/../.." && pwd)
+QEMU_LD_PREFIX=\$root exec "$qemu" -0 "\$root/usr/bin/arm_python" "\$root/usr/bin/python3.11" "\$@"
+SCRIPT
+chmod +x "$root/usr/bin/arm_python"
+
 # pip of this project's environment, run by the Arm Python: so the wheels and the markers are those of that machine.
-pip=$("$source/.venv/bin/python" -c 'import pip; print(pip.__path__[0])')
-QEMU_LD_PREFIX=$root "$qemu" "$root/usr/bin/python3.11" "$pip" --disable-pip-version-check install --quiet --no-deps \
-    --require-hashes --only-binary :all: --no-warn-script-location --root-user-action ignore \
-    --target "$root/opt/packages" -r "$source/requirements/python3.11.txt"
+pip=$("$python" -c 'import pip; print(pip.__path__[0])')
+"$root/usr/bin/arm_python" "$pip" --disable-pip-version-check install --quiet --no-deps \
+    --require-hashes --only-binary :all: --no-compile --root-user-action ignore \
+    --target "$root/usr/local/lib/python3.11/dist-packages" -r "$source/requirements/python3.11.txt"
 echo "make_arm_root: $root is ready (make portable ARM_ROOT=$root)"

@@ -1,7 +1,7 @@
 """Outside of flight_graph/ros nothing needs Linux: no module, call or file mode that macOS or Windows has not.
 
-What is needed all the same stands behind a check: an import inside of ``try`` with ``except ImportError``, a call after
-one. Text files are read and written as UTF-8, whatever the locale, and with the line ends of the source.
+What is used all the same stands behind a check: an import inside of ``try`` with ``except ImportError``, a function
+of os in a module that asks ``hasattr(os, ...)`` for it. Text files are read and written as UTF-8, whatever the locale, and with the line ends of the source.
 """
 
 import ast
@@ -39,6 +39,8 @@ def findings(tree: ast.AST):
     """(line, what) of everything in a module that is not portable."""
     guarded = {id(inner) for node in ast.walk(tree) if isinstance(node, ast.Try) and _catches_import_error(node)
                for statement in node.body for inner in ast.walk(statement)}
+    asked = {node.args[1].value for node in ast.walk(tree) if isinstance(node, ast.Call)
+             and getattr(node.func, "id", "") in ("hasattr", "getattr") and isinstance(node.args[1], ast.Constant)}
     for node in ast.walk(tree):
         if isinstance(node, (ast.Import, ast.ImportFrom)) and id(node) not in guarded:
             names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else [node.module or ""]
@@ -46,7 +48,7 @@ def findings(tree: ast.AST):
             if isinstance(node, ast.ImportFrom) and node.module == "os":
                 yield from ((node.lineno, alias.name) for alias in node.names if alias.name in OS_NAMES)
         elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
-            if node.attr in {"os": OS_NAMES, "signal": SIGNALS}.get(node.value.id, ()):
+            if node.attr not in asked and node.attr in {"os": OS_NAMES, "signal": SIGNALS}.get(node.value.id, ()):
                 yield node.lineno, f"{node.value.id}.{node.attr}"
         elif isinstance(node, ast.Call):
             yield from ((node.lineno, name) for name in _call(node))
@@ -92,6 +94,7 @@ def _mode(node) -> str:
     ("try:\n    import fcntl\nexcept ImportError:\n    fcntl = None", []),
     ("from os import fork, path", ["fork"]),
     ("os.pwrite(file, data, 0)", ["os.pwrite"]),
+    ("if hasattr(os, 'getuid'):\n    os.getuid()", []),
     ("signal.signal(signal.SIGTERM, stop)", []),
     ("signal.alarm(3)", ["signal.alarm"]),
     ("subprocess.Popen(a, process_group=0)", ["Popen(process_group=...)"]),

@@ -7,10 +7,9 @@ cannot tell; the compiler finds the rest (`flight_graph.engines`).
 
 from functools import cache
 
-from flight_graph.components.findings import Finding
+from flight_graph.components.findings import ComponentMistake, Finding
 from flight_graph.components.kernel_rules import parts
 from flight_graph.components.sources import Source
-from flight_graph.errors import FlightError
 
 
 @cache
@@ -29,7 +28,7 @@ def reached(component) -> list[Source]:
 
 
 def check(component) -> None:
-    """Raise FlightError with the first thing that is wrong with a component's kernels."""
+    """Raise ComponentMistake with the first thing that is wrong with a component's kernels."""
     found = findings(component)
     if found:
-        raise FlightError(str(found[0]))
+        raise ComponentMistake(str(found[0]))

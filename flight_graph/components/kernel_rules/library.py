@@ -32,7 +32,7 @@ def ours(name: str) -> str:
     name = _OF_VALUES.get(name, name)
     for module in ("flight_math", "flight_math.elementary"):
         if name in importlib.import_module(module).__all__:
-            return f"from {module} import {name}"
+            return f"'from {module} import {name}'"
     return ""
 
 

@@ -13,21 +13,17 @@ from flight_math.values.views import NO_KINDS
 
 PARTS = ("start", "kernel", "output", "update")
 FIRST = ("t_ns", "p", "x")
+GROUPS = {"kernel": "inputs, outputs", "output": "outputs", "update": "inputs"}
+MOST_ARGUMENTS = 7  # a part with more takes its ports in named tuples
 
 
-def expected(component, part: str) -> list[str]:
-    """The arguments of a part, by name."""
+def expected(component, part: str, given=()) -> list[str]:
+    """The arguments of a part, by name; one named tuple of all inputs (outputs) where ``given`` says inputs (outputs)."""
     if part == "start":
         return ["p", "x"]
     inputs = [] if part == "output" else list(component.inputs)
     outputs = [] if part == "update" else list(component.outputs)
-    return [*FIRST, *inputs, *outputs]
-
-
-def grouped(component, part: str) -> list[str]:
-    """The arguments of a part that takes its ports in groups."""
-    groups = {"start": [], "output": ["outputs"], "update": ["inputs"]}.get(part, ["inputs", "outputs"])
-    return [*([] if part == "start" else FIRST[:1]), "p", "x", *groups]
+    return [*FIRST, *(["inputs"] if "inputs" in given else inputs), *(["outputs"] if "outputs" in given else outputs)]
 
 
 def takes_views(function) -> bool:
@@ -49,9 +45,7 @@ def reading(component, part: str) -> tuple[list[Finding], list[Source]]:
     if not calls.is_kernel(function):
         return finding(f"{function.__name__} lacks @kernel; write it above the def")
     arguments = list(inspect.signature(plain(function)).parameters)
-    wanted = expected(component, part)
-    if arguments == grouped(component, part) and part != "start":
-        wanted = arguments
+    wanted = expected(component, part, arguments)
     what = _misfit(function, arguments, wanted, part)
     if what:
         return finding(what)
@@ -63,6 +57,8 @@ def reading(component, part: str) -> tuple[list[Finding], list[Source]]:
 def _misfit(function, arguments, wanted, part):
     """The sentence for arguments that are not those of the part."""
     form = f"{part}({', '.join(wanted)})"
+    if len(wanted) > MOST_ARGUMENTS:
+        form += f", or {part}(t_ns, p, x, {GROUPS[part]})"
     if len(arguments) != len(wanted):
         missing = [name for name in wanted if name not in arguments]
         more = [name for name in arguments if name not in wanted]
@@ -82,7 +78,6 @@ def _misfit(function, arguments, wanted, part):
 
 def _kinds(component, part, wanted):
     views = takes_views(getattr(component, part))
-    bundled = wanted == grouped(component, part)
 
     def port(name, role):
         signal = (component.inputs if role == "input" else component.outputs)[name]
@@ -96,7 +91,7 @@ def _kinds(component, part, wanted):
             kinds.append(records.parameters(component, views))
         elif name == "x":
             kinds.append(records.state(component, views))
-        elif bundled:
+        elif name in ("inputs", "outputs"):
             role = name.rstrip("s")
             kinds.append(Record(name, name, {key: port(key, role) for key in getattr(component, name)}))
         else:

@@ -7,10 +7,11 @@ import math
 
 import numpy as np
 
-from flight_graph.components.records import Array, Choice, Parameters, Vec3, field
-from flight_graph.kernel import kernel
+from flight_graph.components.records import Choice, Parameters, field
+from flight_graph.errors import FlightError
+from flight_math import Quaternion, Vec3, kernel, normalised, quaternion, sincos
 from lander_ros.constraints import funnel_height
-from lander_ros.rotation import multiply
+from sim_nodes.lander.dynamics import Motion
 
 POSITION, RANGE = 0, 1
 VIEW, ORIENTATION = 0, 1
@@ -35,47 +36,45 @@ class LanderStart(Parameters):
     start_yaw: float = field(math.radians(25.0), unit="rad", doc="about z_B, after the least turn of z_D towards r")
     start_view_error: float = field(math.radians(18.0), unit="rad", doc="angle between -z_B and the goal")
     start_view_direction: float = field(math.radians(30.0), unit="rad", doc="direction of the tilt's axis in x_B, y_B")
-    start_orientation: Array(4) = field((0.0, 0.0, 0.0, 1.0), unit="1", doc="quaternion x, y, z, w, B to D")
+    start_orientation: Quaternion = field((0.0, 0.0, 0.0, 1.0), unit="1", doc="quaternion x, y, z, w, B to D")
     start_rates: Vec3 = field(tuple(math.radians(rate) for rate in (0.2, -0.1, 0.15)), unit="rad/s", doc="w_BD, in B")
     draw_seed: int = field(-1, ge=-1, doc="seed of a random start that replaces all start_ values; -1: none")
 
 
 @kernel
-def place(p, motion, work):
-    """Position, velocity, attitude, rates of the start, into the state ``motion`` (13 or more); ``work`` is (4, 4)."""
-    for i in range(3):
-        motion[i] = p.start_position[i]
-        motion[3 + i] = p.start_velocity[i]
-        motion[10 + i] = p.start_rates[i]
+def motion_at_start(p):
+    """The motion that the parameters of `LanderStart` and the mass say."""
+    position = p.start_position
     if p.start_at == RANGE:
-        motion[0] = p.start_range * math.cos(p.start_azimuth)
-        motion[1] = p.start_range * math.sin(p.start_azimuth)
-        motion[2] = p.start_clearance - p.funnel_z_0 + funnel_height(
-            motion[0], motion[1], p.funnel_alpha, p.funnel_beta, p.funnel_gamma, p.funnel_rho_0)
-    if p.start_facing == ORIENTATION:
-        for i in range(4):
-            motion[6 + i] = p.start_orientation[i]
-        return
-    distance = math.sqrt(motion[0] * motion[0] + motion[1] * motion[1] + motion[2] * motion[2])
-    work[0, 0] = -motion[1] / distance
-    work[0, 1] = motion[0] / distance
-    work[0, 2] = 0.0
-    work[0, 3] = 1.0 + motion[2] / distance
-    norm = math.sqrt(work[0, 0] * work[0, 0] + work[0, 1] * work[0, 1] + work[0, 3] * work[0, 3])
-    for i in range(4):
-        work[0, i] /= norm
-        work[1, i] = 0.0
-    work[1, 2] = math.sin(0.5 * p.start_yaw)
-    work[1, 3] = math.cos(0.5 * p.start_yaw)
-    multiply(work[0], work[1], work[2])
-    half = math.sin(0.5 * p.start_view_error)
-    work[1, 0] = half * math.cos(p.start_view_direction)
-    work[1, 1] = half * math.sin(p.start_view_direction)
-    work[1, 2] = 0.0
-    work[1, 3] = math.cos(0.5 * p.start_view_error)
-    multiply(work[2], work[1], work[3])
-    for i in range(4):
-        motion[6 + i] = work[3, i]
+        sine, cosine = sincos(p.start_azimuth)
+        x, y = p.start_range * cosine, p.start_range * sine
+        position = Vec3(x, y, p.start_clearance - p.funnel_z_0 + funnel_height(p, x, y))
+    attitude = p.start_orientation
+    if p.start_facing == VIEW:
+        attitude = approach_attitude(position, p.start_yaw, p.start_view_error, p.start_view_direction)
+    return Motion(position, p.start_velocity, attitude, p.start_rates, p.mass)
+
+
+@kernel
+def approach_attitude(position, yaw, view_error, view_direction):
+    """Attitude with z_B towards r^D by the least rotation, then yaw about z_B, then a tilt, all [rad].
+
+    The tilt of view_error is about the axis (cos, sin, 0) of view_direction in B: the angle between -z_B and the site.
+    """
+    up = normalised(position)
+    least = normalised(Quaternion(-up.y, up.x, 0.0, 1.0 + up.z))
+    sin_yaw, cos_yaw = sincos(0.5 * yaw)
+    sin_tilt, cos_tilt = sincos(0.5 * view_error)
+    sin_axis, cos_axis = sincos(view_direction)
+    turn = Quaternion(0.0, 0.0, sin_yaw, cos_yaw)
+    return least * turn * quaternion(sin_tilt * Vec3(cos_axis, sin_axis, 0.0), cos_tilt)
+
+
+def require_approach(position) -> None:
+    """Refuse a position r^D that `approach_attitude` has no least rotation for: the goal, and straight below it."""
+    if position[0] == position[1] == 0.0 and position[2] <= 0.0:
+        raise FlightError(f"no least rotation takes z_D to the position {tuple(map(float, position))} m; "
+                          "allowed is any that is not the goal or straight below it")
 
 
 def drawn(seed: int) -> dict:

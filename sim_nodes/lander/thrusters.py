@@ -6,7 +6,7 @@ pulses. Propellant flow of a force f and a torque tau: (sum |f_i| + sum |tau_i|/
 
 from typing import NamedTuple
 
-from flight_graph.kernel import kernel
+from flight_math import DualVector, clip, kernel, total, where
 
 STANDARD_GRAVITY = 9.80665  # [m/s^2], definition of the specific impulse
 
@@ -14,6 +14,7 @@ STANDARD_GRAVITY = 9.80665  # [m/s^2], definition of the specific impulse
 class LanderThrusters(NamedTuple):
     """Parameters of the thrusters: any record with these fields serves as `p`."""
 
+    period: float = 0.1  # [s] over which a command is held
     force_limit: float = 40.0  # [N] per body axis
     torque_limit: float = 10.0  # [N m] per body axis
     force_impulse_bit: float = 0.0  # [N s], smallest impulse of a period per axis; less is not delivered. 0: ideal
@@ -24,25 +25,18 @@ class LanderThrusters(NamedTuple):
 
 @kernel
 def delivered(command, limit, impulse_bit, period):
-    """Mean force [N] or torque [N m] of one axis over a period [s] for its command."""
-    value = min(max(command, -limit), limit)
-    if abs(value) * period < impulse_bit:
-        return 0.0
-    return value
+    """Mean force [N] or torque [N m] over a period [s] for a command, axis by axis."""
+    limited = clip(command, -limit, limit)
+    return where(abs(limited) * period < impulse_bit, 0.0, limited)
 
 
 @kernel
-def apply_thrusters(p, force_command, torque_command, period, force, torque):
-    """Delivered force (3,) [N] and torque (3,) [N m] over the period [s]; returns the propellant flow [kg/s]."""
-    force_sum = 0.0
-    torque_sum = 0.0
-    for i in range(3):
-        force[i] = delivered(force_command[i], p.force_limit, p.force_impulse_bit, period)
-        torque[i] = delivered(torque_command[i], p.torque_limit, p.torque_impulse_bit, period)
-        force_sum += abs(force[i])
-        torque_sum += abs(torque[i])
-    if p.specific_impulse <= 0.0:
-        return 0.0
+def apply_thrusters(p, command):
+    """Delivered wrench, force [N] + eps torque [N m], and propellant flow [kg/s] over a period, of a commanded one."""
+    force = delivered(command.real, p.force_limit, p.force_impulse_bit, p.period)
+    torque = delivered(command.dual, p.torque_limit, p.torque_impulse_bit, p.period)
+    thrust = total(abs(force))
     if p.torque_arm > 0.0:
-        force_sum += torque_sum / p.torque_arm
-    return force_sum / (p.specific_impulse * STANDARD_GRAVITY)
+        thrust = thrust + total(abs(torque)) / p.torque_arm
+    flow = thrust / (p.specific_impulse * STANDARD_GRAVITY) if p.specific_impulse > 0.0 else 0.0
+    return DualVector(force, torque), flow

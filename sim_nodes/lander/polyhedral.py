@@ -1,6 +1,6 @@
 """The lander near a homogeneous polyhedron, a superellipsoid's mesh or a user's own, and its gravity model on board.
 
-Plant and gravity model are those of `sim_nodes.lander_plant` and `sim_nodes.lander_site`; body, surface and field are
+Plant and gravity model are those of `sim_nodes.lander.plant` and `sim_nodes.lander.site`; body, surface and field are
 those of `sim_nodes.gravity`. A mesh is no parameter: it stands in tables of the state, of a fixed capacity. A
 superellipsoid's surface is taken in closed form, its gravity from the inscribed mesh with the same mass.
 Frames: A is the body's (z along the spin; latitude and longitude are planetocentric), D stands on the surface's normal.
@@ -12,16 +12,16 @@ from pathlib import Path
 
 import numpy as np
 
-from flight_graph.components.records import Array, Choice, Vec3, field
+from flight_graph.components.records import Array, Choice, field
 from flight_graph.errors import FlightError
-from flight_graph.kernel import kernel
-from sim_nodes.ellipsoid_gravity import site_frame
+from flight_math import Mat3, Vec3, kernel
 from sim_nodes.gravity import bodies
-from sim_nodes.gravity.polyhedron import Polyhedron, evaluate, faces_field
+from sim_nodes.gravity.ellipsoid import site_frame
+from sim_nodes.gravity.polyhedron import Polyhedron, evaluate, faces_gravity
 from sim_nodes.gravity.superellipsoid import Superellipsoid, exponent_for_volume
-from sim_nodes.lander_dynamics import dynamics
-from sim_nodes.lander_plant import LanderPlant, LanderPlantParameters, LanderPlantState, moving
-from sim_nodes.lander_site import GravityModel, GravityModelParameters, GravityModelState, gravity_model
+from sim_nodes.lander.dynamics import dynamics
+from sim_nodes.lander.plant import LanderPlant, LanderPlantParameters, LanderPlantState, moving
+from sim_nodes.lander.site import GravityModel, GravityModelParameters, SiteState, gravity_model
 
 FACES, VERTICES = 1280, 1280  # capacity of the tables; a closed surface in one piece has half as many vertices as faces
 BENNU_EXPONENT = exponent_for_volume(*bodies.BENNU_SEMI_AXES, bodies.sphere_volume(bodies.BENNU_MEAN_RADIUS))
@@ -87,15 +87,15 @@ def body_of(values: dict, where: str):
     return body
 
 
-def site_of(values: dict, where: str) -> tuple[np.ndarray, np.ndarray]:
-    """rho (3,) [m] in A and R_AD (3, 3) of the goal over the body's surface. Raises FlightError."""
+def site_of(values: dict, where: str) -> tuple[Vec3, Mat3]:
+    """rho [m] in A and R_AD of the goal over the body's surface. Raises FlightError."""
     body, height = body_of(values, where), values["site_height"]
     if height < 0.0:
         raise FlightError(f"{where}.site_height: the landing site lies inside the body: height is {height} m; "
                           "it must be >= 0 m")
     try:
         point, normal = body.surface(values["site_latitude"], values["site_longitude"])
-        position, rotation = site_frame(point + height * normal, normal)
+        position, rotation = Vec3(*(point + height * normal)), site_frame(Vec3(*normal))
         require_outside(body.polyhedron, position)
     except FlightError as error:
         raise FlightError(f"{where}: {error}") from None
@@ -127,29 +127,22 @@ def body_tables(values: dict, where: str) -> dict:
     position, rotation = site_of(values, where)
     used, faces = np.unique(polyhedron.faces, return_inverse=True)
     tables = {"vertices": np.zeros((VERTICES, 3)), "faces": np.zeros((FACES, 3)), "face_count": len(polyhedron.faces),
-              "strength": polyhedron.strength, "site_position": position, "site_rotation": rotation}
+              "strength": polyhedron.strength, "site_position": np.array(position.parts()),
+              "site_rotation": np.reshape(rotation.parts(), (3, 3))}
     tables["vertices"][:len(used)] = polyhedron.vertices[used]
     tables["faces"][:len(polyhedron.faces)] = faces.reshape(-1, 3)
-    # D from A: about z_A by 90 deg + atan2(up_y, up_x), then about x by the angle of the normal from z_A
-    up = rotation[:, 2]
-    heading = 0.5 * (RIGHT_ANGLE + math.atan2(up[1], up[0]))
-    tilt = 0.5 * math.atan2(math.hypot(up[0], up[1]), up[2])
-    tables["site_orientation"] = np.array([math.cos(heading) * math.sin(tilt), math.sin(heading) * math.sin(tilt),
-                                           math.sin(heading) * math.cos(tilt), math.cos(heading) * math.cos(tilt)])
     return tables
 
 
 @kernel
-def gravity_of_faces(field, p, x, y, z):
-    """`faces_field`'s gravity of the tables in ``p``."""
-    terms = faces_field(p.vertices, p.faces, p.face_count, p.strength, x, y, z)
-    return terms[0], terms[1], terms[2]
+def gravity_of_faces(p, x, place):
+    """`faces_gravity` of the tables in the state."""
+    return faces_gravity(x.vertices, x.faces, x.face_count, x.strength, place)
 
 
 @kernel
 def prepare_site(p, x):
     """The site stands in the tables already."""
-    x.spin = p.body_spin
 
 
 POLYHEDRON = dynamics(gravity_of_faces)
@@ -168,7 +161,7 @@ class PolyhedralPlant(LanderPlant):
     @classmethod
     def site(cls, values, where):
         position, rotation = site_of(values, where)
-        return position, rotation, evaluate(body_of(values, where).polyhedron, position)[0][0].tolist()
+        return position, rotation, Vec3(*evaluate(body_of(values, where).polyhedron, position)[0][0])
 
     @classmethod
     def tables(cls, values):
@@ -178,8 +171,8 @@ class PolyhedralPlant(LanderPlant):
 class PolyhedralGravityModel(GravityModel):
     """On-board gravity model near a polyhedron: the true field at the estimated position, times a factor."""
 
-    parameters, state = polyhedral_parameters(GravityModelParameters), polyhedral_state(GravityModelState)
-    start, kernel = prepare_site, gravity_model(POLYHEDRON.site_gravity)
+    parameters, state = polyhedral_parameters(GravityModelParameters), polyhedral_state(SiteState)
+    start, kernel = None, gravity_model(POLYHEDRON.site_gravity)
 
     @classmethod
     def resolve(cls, values, where, folder=None):

@@ -1,37 +1,35 @@
 """The lander near a rotating small body as a component: truth, contact trigger, and the tally of the landing.
 
-Equations of motion: `sim_nodes.lander_dynamics`. At the contact trigger (z_D <= contact_height within contact_radius)
+Equations of motion: `sim_nodes.lander.dynamics`. At the contact trigger (z_D <= contact_height within contact_radius)
 the state is held to the end of the run, and the truth says so.
 """
 
 import math
 from types import SimpleNamespace
 
-import numpy as np
-
 from flight_graph.components.component import Component, Formatted
-from flight_graph.components.records import Array, State, Vec3, field
+from flight_graph.components.records import field
 from flight_graph.errors import FlightError
-from flight_graph.kernel import kernel, plain
 from flight_graph.timebase import SECOND
+from flight_math import DualVector, Mat3, Quaternion, Vec3, atan2, kernel, largest, norm, transpose, uncompiled, vector_part
 from lander_ros.feed_forward import site_in_landing_frame
 from lander_ros.landing_checks import require_vehicle
 from lander_ros.twistor import unit_quaternion
 from msg_schemas import lander
 from msg_schemas.definitions import TYPESTORE
-from sim_nodes import lander_start
-from sim_nodes.ellipsoid_gravity import EROS_LIKE_SPIN, Ellipsoid, ellipsoid_gravity, ellipsoid_site
-from sim_nodes.lander_descent import watched
-from sim_nodes.lander_dynamics import ELLIPSOID, body_velocity, touched_down
-from sim_nodes.lander_site import prepare_site
-from sim_nodes.lander_thrusters import apply_thrusters
+from sim_nodes.gravity.ellipsoid import EROS_LIKE_SPIN, checked_ellipsoid_site, ellipsoid_gravity
+from sim_nodes.lander import start as starts
+from sim_nodes.lander.descent import watched
+from sim_nodes.lander.dynamics import ELLIPSOID, Motion, attitude_matrix, motor, site_spin, touched_down
+from sim_nodes.lander.site import SiteState, prepare_site, site_orientation
+from sim_nodes.lander.thrusters import apply_thrusters
 
 REFERENCE = "reference scenario (ours)"
 
 
-class LanderPlantParameters(lander_start.LanderStart):
+class LanderPlantParameters(starts.LanderStart):
     mass: float = field(500.0, unit="kg", gt=0, source=REFERENCE, doc="mass at the start")
-    inertia: Array(3, 3) = field([[120.0, 2.0, -3.0], [2.0, 100.0, 1.5], [-3.0, 1.5, 140.0]], unit="kg m^2",
+    inertia: Mat3 = field([[120.0, 2.0, -3.0], [2.0, 100.0, 1.5], [-3.0, 1.5, 140.0]], unit="kg m^2",
                                  source=REFERENCE, doc="J in B, constant")
     semi_axes: Vec3 = field((17740.0, 6470.0, 5300.0), unit="m", gt=0, source=REFERENCE, doc="of the ellipsoid")
     mu: float = field(446300.0, unit="m^3/s^2", gt=0, source=REFERENCE, doc="gravitational parameter of the body")
@@ -59,22 +57,19 @@ class LanderPlantParameters(lander_start.LanderStart):
     largest_step: float = field(0.2, unit="s", gt=0, doc="Runge-Kutta steps are no longer than this")
 
 
-class LanderPlantState(State):
-    motion: Array(14)
-    inertia: Array(3, 3)
-    site_rotation: Array(3, 3)
-    site_position: Vec3
-    spin: float
-    gravity_gradient_mu: float
-    site_orientation: Array(4)
+class LanderPlantState(SiteState):
+    """Motion of the lander and the site it lands on; the wrench delivered over the last interval; gravity g^D at the
+    position; the tally of the landing so far."""
+
+    site_orientation: Quaternion
+    position: Vec3
+    velocity: Vec3
+    attitude: Quaternion
+    rates: Vec3
+    mass: float
     force: Vec3
     torque: Vec3
     gravity: Vec3
-    specific_force: Vec3
-    matrix: Array(3, 3)
-    work: Array(3, 14)
-    quaternions: Array(4, 4)
-    velocity: Vec3
     landed: bool
     flown: float
     clearance: float
@@ -94,27 +89,44 @@ class LanderPlantState(State):
 
 
 @kernel
-def length(vector):
-    """|vector| of three components."""
-    return math.sqrt(vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2])
+def motion_of(x):
+    """The motion in the state."""
+    return Motion(x.position, x.velocity, x.attitude, x.rates, x.mass)
 
 
 @kernel
-def tally(p, x, dt):
+def move_to(x, motion):
+    """Put a motion into the state."""
+    x.position, x.velocity, x.attitude = motion.position, motion.velocity, motion.attitude
+    x.rates, x.mass = motion.rates, motion.mass
+
+
+@kernel
+def tally_step(p, x, dt):
     """What a step of dt [s] from the state costs, under the delivered wrench."""
     if x.clearance < 0.0:
         x.clearance_violation += dt
-    if x.view_angle > p.view_half_angle and length(x.motion) > p.view_range:
+    if x.view_angle > p.view_half_angle and norm(x.position) > p.view_range:
         x.view_violation += dt
-    x.delta_v += dt / x.motion[13] * length(x.force)
-    x.torque_impulse += dt * length(x.torque)
-    limited = False
-    for i in range(3):
-        x.force_peak = max(x.force_peak, abs(x.force[i]))
-        x.torque_peak = max(x.torque_peak, abs(x.torque[i]))
-        limited = limited or abs(x.force[i]) >= p.force_limit or abs(x.torque[i]) >= p.torque_limit
-    if limited:
+    x.delta_v += dt / x.mass * norm(x.force)
+    x.torque_impulse += dt * norm(x.torque)
+    force, torque = largest(abs(x.force)), largest(abs(x.torque))
+    x.force_peak, x.torque_peak = max(x.force_peak, force), max(x.torque_peak, torque)
+    if force >= p.force_limit or torque >= p.torque_limit:
         x.saturated += dt
+
+
+@kernel
+def tally_place(p, x):
+    """Clearance and view angle of the state, and their extremes."""
+    x.clearance, x.view_angle = watched(p, x.position, x.attitude)
+    distance = norm(x.position)
+    if distance > p.clearance_range and x.clearance < x.clearance_min:
+        x.clearance_min, x.clearance_min_time = x.clearance, x.flown
+    x.clearance_min_all = min(x.clearance_min_all, x.clearance)
+    if distance > p.view_range:
+        x.view_max = max(x.view_max, x.view_angle)
+    x.speed_max = max(x.speed_max, norm(x.velocity))
 
 
 def moving(prepare, dynamics):
@@ -122,95 +134,63 @@ def moving(prepare, dynamics):
     site_gravity, hold_step = dynamics.site_gravity, dynamics.hold_step
 
     @kernel
-    def look(p, x):
-        """Gravity, clearance and view angle of the state, and their extremes."""
-        site_gravity(p, x, x.motion, x.gravity)
-        x.clearance, x.view_angle = watched(p, x.motion, x.matrix)
-        distance = length(x.motion)
-        if distance > p.clearance_range and x.clearance < x.clearance_min:
-            x.clearance_min = x.clearance
-            x.clearance_min_time = x.flown
-        x.clearance_min_all = min(x.clearance_min_all, x.clearance)
-        if distance > p.view_range:
-            x.view_max = max(x.view_max, x.view_angle)
-        x.speed_max = max(x.speed_max, length(x.motion[3:6]))
-
-    @kernel
-    def start(p, x):
+    def begin(p, x):
         prepare(p, x)
-        for i in range(3):
-            for j in range(3):
-                x.inertia[i, j] = p.inertia[i, j]
-        x.gravity_gradient_mu = p.mu if p.gravity_gradient else 0.0
-        lander_start.place(p, x.motion, x.quaternions)
-        x.motion[13] = p.mass
-        look(p, x)
+        x.site_orientation = site_orientation(x.site_rotation)
+        move_to(x, starts.motion_at_start(p))
+        x.gravity = site_gravity(p, x, x.position)
+        tally_place(p, x)
 
     @kernel
     def update(t_ns, p, x, command):
         """One period under the wrench that the thrusters make of the command, held."""
         if x.landed:
             return
-        flow = apply_thrusters(p, command.wrench.force, command.wrench.torque, p.period, x.force, x.torque)
+        wrench, flow = apply_thrusters(p, DualVector(command.wrench.force, command.wrench.torque))
+        x.force, x.torque = wrench.real, wrench.dual
         substeps = int(math.ceil(p.period / p.largest_step - 1e-9))
         dt = p.period / substeps
         for step in range(substeps):
-            tally(p, x, dt)
-            hold_step(p, x, x.motion, x.force, x.torque, flow, dt, x.matrix, x.work)
+            tally_step(p, x, dt)
+            move_to(x, hold_step(p, x, motion_of(x), x.gravity, wrench, flow, dt))
+            x.gravity = site_gravity(p, x, x.position)
             x.flown = (t_ns + (step + 1) * (p.period * SECOND) / substeps) / SECOND
-            look(p, x)
-            if touched_down(x.motion, p.contact_height, p.contact_radius):
+            tally_place(p, x)
+            if touched_down(p, x.position):
                 x.landed = True
                 break
-        for i in range(3):
-            x.specific_force[i] = x.force[i] / x.motion[13]
 
-    return start, update
+    return begin, update
 
 
 @kernel
-def output(t_ns, p, x, truth, odometry, summary, pose, goal):
-    body_velocity(x.motion, x.matrix, x.velocity)
-    matrix = x.matrix
-    spin_x = x.spin * x.site_rotation[2, 0]
-    spin_y = x.spin * x.site_rotation[2, 1]
-    spin_z = x.spin * x.site_rotation[2, 2]
-    for i in range(3):
-        truth.site_position[i] = x.motion[i]
-        truth.site_velocity[i] = x.motion[3 + i]
-        truth.rates[i] = x.motion[10 + i]
-        truth.inertial_rates[i] = x.motion[10 + i] + (
-            matrix[0, i] * spin_x + matrix[1, i] * spin_y + matrix[2, i] * spin_z)
-        truth.specific_force[i] = x.specific_force[i]
-        truth.gravity[i] = x.gravity[i]
-        truth.force[i] = x.force[i]
-        truth.torque[i] = x.torque[i]
-        odometry.pose.pose.position[i] = x.motion[i]
-        odometry.twist.twist.linear[i] = x.velocity[i]
-        odometry.twist.twist.angular[i] = x.motion[10 + i]
-        pose.pose.position[i] = x.motion[i]
-        goal.pose.position[i] = x.site_position[i]
-    for i in range(4):
-        truth.attitude[i] = x.motion[6 + i]
-        odometry.pose.pose.orientation[i] = x.motion[6 + i]
-        pose.pose.orientation[i] = x.motion[6 + i]
-        goal.pose.orientation[i] = x.site_orientation[i]
-    truth.mass = x.motion[13]
-    truth.clearance = x.clearance
-    truth.view_angle = x.view_angle
+def output(t_ns, p, x, outputs):
+    """Truth, the true odometry, the tally, and the poses of craft and goal."""
+    truth, odometry = outputs.truth, outputs.odometry
+    velocity = motor(motion_of(x))
+    truth.site_position, truth.site_velocity, truth.attitude = x.position, x.velocity, x.attitude
+    truth.rates = x.rates
+    truth.inertial_rates = x.rates + transpose(attitude_matrix(x.attitude)) @ site_spin(p, x)
+    truth.specific_force = x.force / x.mass
+    truth.gravity, truth.force, truth.torque, truth.mass = x.gravity, x.force, x.torque, x.mass
+    truth.clearance, truth.view_angle = x.clearance, x.view_angle
     truth.landed = 1.0 if x.landed else 0.0
-    summarise(p, x, summary)
+    odometry.pose.pose.position, odometry.pose.pose.orientation = x.position, x.attitude
+    odometry.twist.twist.linear, odometry.twist.twist.angular = velocity.dual, velocity.real
+    outputs.pose.pose.position, outputs.pose.pose.orientation = x.position, x.attitude
+    outputs.goal.pose.position, outputs.goal.pose.orientation = x.site_position, x.site_orientation
+    summarise(p, x, outputs.summary)
 
 
 @kernel
 def summarise(p, x, summary):
+    """The tally so far."""
     summary.landed = 1.0 if x.landed else 0.0
     summary.time = x.flown
-    summary.lateral = math.sqrt(x.motion[0] * x.motion[0] + x.motion[1] * x.motion[1])
-    summary.speed = length(x.motion[3:6])
-    turn = length(x.motion[6:9])
-    summary.attitude_error = 2.0 * math.atan2(turn, abs(x.motion[9]))
-    summary.rate = length(x.motion[10:13])
+    summary.lateral = math.sqrt(x.position.x * x.position.x + x.position.y * x.position.y)
+    summary.speed = norm(x.velocity)
+    summary.attitude_error = 2.0 * atan2(norm(vector_part(x.attitude)), abs(x.attitude.w))
+    summary.rate = norm(x.rates)
     summary.clearance_min = x.clearance_min
     summary.clearance_min_time = x.clearance_min_time
     summary.clearance_min_all = x.clearance_min_all
@@ -223,7 +203,7 @@ def summarise(p, x, summary):
     summary.torque_peak = x.torque_peak
     summary.speed_max = x.speed_max
     summary.saturated = x.saturated
-    summary.propellant = p.mass - x.motion[13]
+    summary.propellant = p.mass - x.mass
 
 
 def transform(record, parent, child):
@@ -265,22 +245,21 @@ class LanderPlant(Component):
     def resolve(cls, values, where, folder=None):
         """A random start replaces the start_ values; the goal_ values follow from body and site."""
         if values["draw_seed"] >= 0:
-            values = {**values, **lander_start.drawn(values["draw_seed"])}
+            values = {**values, **starts.drawn(values["draw_seed"])}
         position, rotation, gravity = cls.site(values, where)
         goal, spin = site_in_landing_frame(rotation, position, values["body_spin"])
-        return {**values, "goal_position": goal.tolist(), "goal_spin": [float(part) for part in spin],
-                "goal_gravity": math.sqrt(sum(part * part for part in gravity))}
+        return {**values, "goal_position": list(goal.parts()), "goal_spin": list(spin.parts()),
+                "goal_gravity": float(norm(gravity))}
 
     @classmethod
     def site(cls, values, where):
-        """rho (3,) [m] in A, R_AD (3, 3) and g^A (3) [m/s^2] of the goal."""
+        """rho [m] in A, R_AD and g^A [m/s^2] of the goal."""
+        p = SimpleNamespace(**{**values, "semi_axes": Vec3(*values["semi_axes"])})
         try:
-            position, rotation = ellipsoid_site(
-                values["semi_axes"], values["site_latitude"], values["site_longitude"], values["site_height"])
+            position, rotation = checked_ellipsoid_site(p)
         except FlightError as error:
             raise FlightError(f"{where}.site_height: {error}") from None
-        body = Ellipsoid(values["mu"], np.array(values["semi_axes"]))
-        return position, rotation, plain(ellipsoid_gravity)(body, *map(float, position))
+        return position, rotation, uncompiled(ellipsoid_gravity)(p, position)
 
     @classmethod
     def check(cls, values, where):
@@ -290,5 +269,10 @@ class LanderPlant(Component):
             unit_quaternion(values["start_orientation"])
         except FlightError as error:
             raise FlightError(f"{where}.start_orientation: {error}") from None
-        if p.start_at == "position" and not np.any(values["start_position"]):
+        if p.start_at == "position" and not any(p.start_position):
             raise FlightError(f"{where}.start_position: the goal itself is no start")
+        if p.start_at == "position" and p.start_facing == "view":
+            try:
+                starts.require_approach(p.start_position)
+            except FlightError as error:
+                raise FlightError(f"{where}.start_position: {error}") from None

@@ -1,0 +1,115 @@
+"""rosbag2's SQLite bags (.db3), read through the standard library into the form of an MCAP file's content.
+
+Tables: topics (id, name, type, serialization_format, offered_qos_profiles, ...), messages (id, topic_id, timestamp, data)
+and, since Iron, message_definitions. Rows are read in the order of their ids, which is that of their writing.
+"""
+
+import sqlite3
+import struct
+import tempfile
+from contextlib import closing, contextmanager
+from pathlib import Path
+
+import numpy as np
+from mcap import records
+
+from flight_graph.bags.blocks import Block
+from flight_graph.bags.byte_kernels import MESSAGE, MESSAGE_HEAD
+from flight_graph.bags.errors import BagError
+from flight_graph.bags.file_content import unpack, unpack_message
+from flight_graph.bags.mcap_records import Damage, list_records
+from flight_graph.bags.verify import McapContents, joined_tables, message_table
+
+_ROWS = 2000  # a block
+_HEAD = struct.Struct("<BQHIQQ")
+_ZSTD = b"\x28\xb5\x2f\xfd"  # its first bytes
+
+
+def read_sqlite(path: Path) -> McapContents:
+    """Read and check a .db3 file. Raises BagError."""
+    try:
+        return _read(path)
+    except Damage as damage:
+        raise BagError(f"'{path}' is an SQLite file, but not a sound bag of rosbag2: {damage}") from None
+
+
+def _read(path):
+    contents = McapContents(library="rosbag2_storage_sqlite3")
+    if path.suffix == ".zstd":
+        contents.holder = tempfile.TemporaryDirectory(prefix="flight_db3_")
+        packed, path = path, Path(contents.holder.name) / path.stem
+        with open(path, "wb") as target:
+            unpack(packed, target)
+    with _opened(path) as database:
+        topics = _rows(database, "topics", ("id", "name", "type", "serialization_format"), (
+            "offered_qos_profiles", "type_description_hash"))
+        definitions = {row[0]: row for row in _rows(
+            database, "message_definitions", ("topic_type", "encoding", "encoded_message_definition"), (), optional=True)}
+        for number, (key, name, type_name, encoding, qos, type_hash) in enumerate(topics, 1):
+            _, kind, text = definitions.get(type_name, (type_name, "", ""))
+            contents.schemas[number] = records.Schema(number, str(text).encode(), str(kind), str(type_name))
+            contents.channels[key] = records.Channel(key, str(name), str(encoding), {
+                "offered_qos_profiles": str(qos or ""), "topic_type_hash": str(type_hash or "")}, number)
+        if any(not 0 <= key < 1 << 16 for key in contents.channels):
+            raise Damage("a topic has an impossible number")
+        ids = np.array([row[0] for row in database.execute("select id from messages order by id")], np.int64)
+    contents.blocks = [_block(path, ids[begin:begin + _ROWS]) for begin in range(0, len(ids), _ROWS)]
+    contents.messages, contents.room = _messages(contents)
+    unknown = set(np.unique(contents.messages.channel).tolist()) - set(contents.channels)
+    if unknown:
+        raise Damage(f"it holds messages of a topic {unknown.pop()} that it does not declare")
+    return contents
+
+
+def _messages(contents):
+    tables, room = [], 0
+    for block in contents.blocks:
+        content = block.load(False)
+        opcodes, starts, stops, _ = list_records(content, 0, len(content))
+        tables.append(message_table(content, starts, stops))
+        room += len(content)
+    return joined_tables(tables), room
+
+
+def _block(path, ids):
+    first, last = int(ids[0]), int(ids[-1])
+
+    def load(_):
+        with _opened(path) as database:
+            rows = database.execute("select topic_id, timestamp, data from messages where id between ? and ? order by id",
+                                    (first, last))
+            return np.frombuffer(b"".join(_record(*row) for row in rows), np.uint8)
+
+    return Block(load)
+
+
+def _record(topic, stamp_ns, data):
+    """A row as an MCAP message record; one of a bag with message compression is unpacked (no CDR begins so)."""
+    if isinstance(data, bytes) and data.startswith(_ZSTD):
+        data = unpack_message(data)
+    if not isinstance(stamp_ns, int) or not isinstance(topic, int) or stamp_ns < 0 or not isinstance(data, bytes):
+        raise Damage("a message has no time, topic or content")
+    return _HEAD.pack(MESSAGE, MESSAGE_HEAD + len(data), topic, 0, stamp_ns, stamp_ns) + data
+
+
+@contextmanager
+def _opened(path):
+    """The database, read only; views and functions of a stranger's schema are not trusted."""
+    try:
+        mode = "ro" if path.with_name(path.name + "-wal").exists() else "ro&immutable=1"
+        with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode={mode}", uri=True)) as database:
+            database.execute("pragma trusted_schema = off")
+            yield database
+    except (sqlite3.Error, OverflowError, struct.error) as error:
+        raise Damage(f"{path.name} cannot be read ({error})") from None
+
+
+def _rows(database, table, needed, wished, optional=False):
+    """Rows of a table with the columns that older versions lack as None."""
+    there = [row[1] for row in database.execute(f"pragma table_info({table})")]
+    if not set(needed) <= set(there):
+        if optional:
+            return []
+        raise Damage(f"its table '{table}' is missing or has other columns")
+    names = ", ".join(name if name in there else f"null as {name}" for name in (*needed, *wished))
+    return database.execute(f"select {names} from {table}").fetchall()

@@ -1,0 +1,105 @@
+"""Damaged bags of other recorders: no traceback, and every message that the damage did not touch is saved."""
+
+import shutil
+
+import numpy as np
+import pytest
+
+from flight_graph.bags.errors import BagError
+from flight_graph.bags.reader import read_bag
+from flight_graph.bags.recover import recover
+from msg_schemas.definitions import TYPESTORE
+from tests.bag.foreign_files import COUNT, INT32, START, STEP, chunk, file, int32, message, record
+from tests.bag.sample_bags import diagnostics_payload
+
+CASES = 40  # of each kind of damage and file
+KIND = "diagnostic_msgs/msg/DiagnosticArray"
+
+
+def content_of(form):
+    """(file, [(first byte, last + 1, topic, payload) of each message record that stands in it uncompressed])"""
+    from mcap import records
+    head = record(INT32) + record(COUNT) + record(
+        records.Schema(2, TYPESTORE.generate_msgdef(KIND)[0].encode(), "ros2msg", KIND)) + record(
+        records.Channel(2, "/diagnostics", "cdr", {}, 2))
+    made = []
+    for i in range(120):
+        channel, payload = (1, int32(i)) if i % 3 else (2, diagnostics_payload(i))
+        made.append((channel, payload, message(channel, i, payload)))
+    if form == "unchunked":
+        data = head + b"".join(raw for _, _, raw in made)
+    else:
+        parts = [made[i:i + 30] for i in range(0, len(made), 30)]
+        data = head + b"".join(chunk(b"".join(raw for _, _, raw in part), crc=False,
+                                     compression="zstd" if form == "compressed" else "") for part in parts)
+    whole, places = file(data), []
+    position = 0
+    for channel, payload, raw in made if form != "compressed" else ():
+        position = whole.index(raw, position)
+        places.append((position, position + len(raw), "/count" if channel == 1 else "/diagnostics", payload))
+        position += len(raw)
+    return whole, places
+
+
+def truncated(rng, content):
+    size = int(rng.integers(400, len(content)))
+    return content[:size], (size, len(content))
+
+
+def flipped(rng, content):
+    place = int(rng.integers(400, len(content)))
+    broken = bytearray(content)
+    broken[place] ^= 1 << int(rng.integers(8))
+    return bytes(broken), (place, place + 1)
+
+
+def zeroed(rng, content):
+    place = int(rng.integers(400, len(content) - 64))
+    return content[:place] + bytes(64) + content[place + 64:], (place, place + 64)
+
+
+@pytest.mark.parametrize("form", ["unchunked", "chunked", "compressed"])
+@pytest.mark.parametrize("damage", [truncated, flipped, zeroed])
+def test_what_is_untouched_is_saved(tmp_path, form, damage):
+    content, places = content_of(form)
+    rng = np.random.default_rng(5)
+    known = {payload for _, _, _, payload in places}
+    declared = content.index(message(1, 1, int32(1))) if places else len(content)
+    lost = 0
+    for _ in range(CASES):
+        broken, (first, last) = damage(rng, content)
+        (tmp_path / "x.mcap").write_bytes(broken)
+        shutil.rmtree(tmp_path / "saved", ignore_errors=True)
+        try:
+            bag = read_bag(tmp_path / "x.mcap")
+            for topic in bag.topics:
+                bag[topic]
+        except BagError:
+            pass
+        try:
+            recover(tmp_path / "x.mcap", tmp_path / "saved")
+        except BagError:
+            assert form == "compressed" or damage is truncated
+            continue
+        saved = [bytes(payload) for _, _, payload in read_bag(tmp_path / "saved").messages()]
+        topics = set(read_bag(tmp_path / "saved").topics)  # one whose declaration is hit cannot be saved
+        assert topics == {"/count", "/diagnostics"} or first < declared
+        untouched = [payload for begin, end, topic, payload in places
+                     if (last <= begin or end <= first) and topic in topics]
+        missing = [payload for payload in untouched if payload not in set(saved)]
+        lost += len(missing)
+        # a chunk's own head, or its length, may be what is hit: then its messages cannot be found by their neighbours
+        assert len(missing) <= 30, (damage.__name__, first, len(missing))
+        wrong = [payload for payload in saved if places and payload not in known]
+        assert len(wrong) <= 1 + (last - first) // 30  # only what was hit itself
+    print(form, damage.__name__, lost)
+    assert lost <= 90, lost
+
+
+def test_times_of_gaps(tmp_path):
+    content, places = content_of("unchunked")
+    begin, end = places[40][0], places[44][1]
+    (tmp_path / "x.mcap").write_bytes(content[:begin] + bytes(end - begin) + content[end:])
+    report = recover(tmp_path / "x.mcap", tmp_path / "saved")
+    assert [(gap.start_ns, gap.end_ns) for gap in report.gaps] == [(START + 39 * STEP, START + 45 * STEP)]
+    assert sum(topic.saved for topic in report.topics.values()) == 115
