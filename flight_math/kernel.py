@@ -13,6 +13,8 @@ from pathlib import Path
 import numba
 import numpy as np
 
+from flight_math import exact  # noqa: F401 what the compiler has to know
+
 
 def kernel(function):
     """Compile ``function`` for the hot path: IEEE arithmetic, no contraction, no allocation, releases the GIL.

@@ -6,6 +6,7 @@ One JSON object a line. A job: {"use": a component's name, "part":, "key":, "che
 kernel over arrays, "key":}. An answer to each, in order: {"seconds":} or {"refused": a sentence} or {"error": a text}.
 """
 
+import importlib
 import json
 import os
 import signal
@@ -16,7 +17,7 @@ import traceback
 import numba
 
 from flight_graph.components import registry
-from flight_graph.engines import cache, driver, kept, object_code, part_calls, parts
+from flight_graph.engines import cache, driver, object_code, part_calls, parts
 from flight_graph.engines.compile_errors import translated
 from flight_graph.errors import FlightError
 
@@ -43,9 +44,10 @@ def compile_driver(key: str) -> None:
 
 
 def compile_kept(name: str, key: str) -> None:
-    """Compile a kernel over arrays into the cache."""
-    symbol = parts.symbol(key)
-    code = object_code.function_code(kept.find(name).entry(), kept.SIGNATURE, symbol)
+    """Compile a kernel over arrays (`flight_graph.engines.kept`) into the cache. name: ``module:attribute``."""
+    symbol, (module, _, attribute) = parts.symbol(key), name.partition(":")
+    found = getattr(importlib.import_module(module), attribute)
+    code = object_code.function_code(found.entry(), found.signature, symbol)
     cache.write(key, code, {"what": name, "symbol": symbol, "errors": {}})
 
 

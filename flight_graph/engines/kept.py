@@ -4,7 +4,6 @@ They go the way of the parts of components: compiled once, in a process of their
 """
 
 import ctypes
-import importlib
 
 import numpy as np
 from llvmlite import ir
@@ -12,13 +11,10 @@ from numba import config, njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from flight_graph.components.registry import PACKAGES
-from flight_graph.engines import parts
-from flight_graph.errors import FlightError
-from flight_graph.kernel import fingerprint
+from flight_graph.engines import compilation, parts
+from flight_math.kernel import fingerprint
 
 _ARRAY = types.Array(types.float64, 2, "C")
-SIGNATURE = types.int64(types.int64)
 
 
 @intrinsic(prefer_literal=True)
@@ -48,6 +44,8 @@ def _arrays(typing, table, count):
 
 class Kept:
     """A kernel over C-contiguous (n, m) float64 arrays, which it reads or fills. name: ``module:attribute`` of this."""
+
+    signature = types.int64(types.int64)
 
     def __init__(self, name: str, kernel, count: int):
         self.name, self._kernel, self._count = name, kernel, count
@@ -80,17 +78,8 @@ class Kept:
         self._function(table.ctypes.data)
 
     def _load(self):
-        from flight_graph.engines import compilation
         code = parts.load_code(self.key())
         if code is None:
             compilation.compile_kept(self.name, self.key())
             code = parts.load_code(self.key())
         return code
-
-
-def find(name: str) -> Kept:
-    """The kept kernel of a name. Raises FlightError."""
-    module, _, attribute = name.partition(":")
-    if module.partition(".")[0] not in PACKAGES:
-        raise FlightError(f"{name}: only the packages {', '.join(PACKAGES)} keep kernels")
-    return getattr(importlib.import_module(module), attribute)

@@ -33,7 +33,8 @@ from flight_graph.errors import FlightError
 MEMORY = {"memset", "memcpy", "memmove"}  # what any code may call
 LIBM = {"sin", "cos", "sincos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh",
         "exp", "exp2", "expm1", "log", "log2", "log10", "log1p", "pow", "sqrt", "cbrt", "hypot", "floor", "ceil", "trunc",
-        "fmod", "round", "rint", "fabs", "copysign", "erf", "erfc", "lgamma", "tgamma", "ldexp", "frexp"}
+        "fmod", "round", "rint", "fabs", "copysign", "erf", "erfc", "lgamma", "tgamma", "ldexp", "frexp",
+        "numba_attempt_nocopy_reshape"}
 _CONTEXT = "_toplevel_target_context"
 _NEVER_CALLED = ctypes.cast(ctypes.pythonapi.PyErr_BadArgument, ctypes.c_void_p).value
 
@@ -275,7 +276,7 @@ def _open_sentence(names):
 def optimise(module, machine) -> None:
     """LLVM's own order of passes; nothing among them may change the result of an operation."""
     options = llvm.create_pipeline_tuning_options(speed_level=3)
-    options.loop_vectorization = options.slp_vectorization = False
+    options.loop_vectorization = options.slp_vectorization = True
     builder = llvm.create_pass_builder(machine, options)
     builder.getModulePassManager().run(module, builder)
 

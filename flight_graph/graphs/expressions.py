@@ -14,7 +14,6 @@ from flight_math import elementary
 from flight_math.uncompiled import uncompiled
 
 
-
 def _power(base, exponent):
     """base^exponent, the same on every machine; whole numbers stay whole."""
     whole = isinstance(base, int) and isinstance(exponent, int)
