@@ -1,10 +1,10 @@
 """Executables of this package: name -> module:attribute."""
 
 EXECUTABLES = {
-    "cubli_physical_plant": "sim_nodes.cubli_physical_plant:CubliPhysicalPlant",
-    "cubli_plant": "sim_nodes.cubli_plant:CubliPlant",
-    "imu": "sim_nodes.cubli_sensors:Imu",
-    "star_tracker": "sim_nodes.cubli_sensors:StarTracker",
+    "cubli_physical_plant": "sim_nodes.cubli.physical_plant:CubliPhysicalPlant",
+    "cubli_plant": "sim_nodes.cubli.plant:CubliPlant",
+    "imu": "sim_nodes.cubli.sensors:Imu",
+    "star_tracker": "sim_nodes.cubli.sensors:StarTracker",
     "lander_altimeter": "sim_nodes.lander.sensors:Altimeter",
     "lander_gravity_model": "sim_nodes.lander.site:GravityModel",
     "lander_imu": "sim_nodes.lander.sensors:Imu",

@@ -9,17 +9,19 @@ _NUMBERS = 1 << 33  # more than there are numbers of errors
 REASONS = {NONFINITE: "nonfinite", FAULT: "fault"}
 
 
-def fault_sentence(name: str, part: str, component, parameters: np.ndarray, state: np.ndarray, seconds: float,
+def fault_sentence(name: str, part: str, component, arrays: dict, seconds: float,
                    errors: dict[int, str] | None = None) -> str:
     """The sentence of a fault code, with the values it names filled in; or of an error that was raised.
 
-    parameters, state: the (1,) records. errors: of the part that ran, see `flight_graph.engines.parts.Code`.
+    arrays: the (1,) records, as in `stop_sentence`; a name is looked for in parameters, state, then outputs.
+    errors: of the part that ran, see `flight_graph.engines.parts.Code`.
     """
-    code = int(state["fault"][0])
+    code = int(arrays["state"]["fault"][0])
     if is_raised(code):
         return raised_sentence(name, part, (errors or {}).get(code - RAISED, "an error"), seconds)
     text = component.faults.get(code, f"fault {code}")
-    values = {key: _readable(array[0][key]) for array in (parameters, state) for key in array.dtype.names}
+    records = [*(arrays[port] for port in reversed(component.outputs)), arrays["state"], arrays["parameters"]]
+    values = {key: _readable(array[0][key]) for array in records for key in array.dtype.names}
     return f"{name} stopped at t = {seconds:g} s: {text.format(**values)}"
 
 
@@ -50,7 +52,7 @@ def stop_sentence(name: str, part: str, component, code: int, arrays: dict, seco
                   errors: dict[int, str] | None = None) -> str:
     """Why a firing stopped a run. arrays: ``parameters``, ``state``, and the record of each output by port."""
     if code == FAULT:
-        return fault_sentence(name, part, component, arrays["parameters"], arrays["state"], seconds, errors)
+        return fault_sentence(name, part, component, arrays, seconds, errors)
     sentences = (nonfinite_sentence(name, port, signal, arrays[port], seconds)
                  for port, signal in component.outputs.items())
     return next(filter(None, sentences), f"{name} stopped at t = {seconds:g} s")
