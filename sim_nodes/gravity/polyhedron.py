@@ -13,12 +13,13 @@ The sums are those of Werner and Scheeres (Celestial Mechanics 65, 313-344, 1997
 The trace of the gradient is -G sigma sum_f omega_f: 0 outside, -4 pi G sigma inside.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from flight_graph.engines.kept import Kept
-from flight_math import Mat3, Vec, Vec3, atan2, cross, dot, kernel, log, norm, outer, vec3
+from flight_math import Mat3, Vec, Vec3, atan2, cross, dot, inlined, kernel, log, norm, outer, vec3
 
 Vec9 = Vec(9)
 
@@ -31,46 +32,41 @@ class Polyhedron(NamedTuple):
     strength: float  # G sigma [1/s^2]: gravitational parameter over volume
 
 
-@kernel
-def line_term(distances, length):
-    """L_e = 2 artanh(l / (r_1 + r_2)), for the sum of the distances r_1, r_2 of its ends: a series for a far edge.
+@inlined
+def edge_term(a, b, distances, n):
+    """nu_e L_e of the edge from a to b in the plane with normal n; ``distances`` is r_1 + r_2.
 
-    0 on the edge itself, where it is only used with a factor that vanishes.
+    L_e = 2 artanh(t), t = l / (r_1 + r_2): a series in t^2 for a far edge. 0 on the edge itself, where it is only used
+    with a factor that vanishes.
     """
-    t = length / distances
-    z = t * t
+    edge = b - a
+    squared, near = dot(edge, edge), 1.0 / distances
+    z = squared * near * near
     if z <= 1.0 / 64.0:  # [-] the term that follows is 3e-18 of the sum
         z2 = z * z
         low = (1.0 / 3.0 + z * (1.0 / 5.0)) + z2 * (1.0 / 7.0 + z * (1.0 / 9.0))
         high = (1.0 / 11.0 + z * (1.0 / 13.0)) + z2 * (1.0 / 15.0 + z * (1.0 / 17.0))
-        return 2.0 * (t + t * z * (low + z2 * z2 * high))
+        return 2.0 * near * (1.0 + z * (low + z2 * z2 * high)) * cross(edge, n)
+    length = math.sqrt(squared)
     rest = distances - length
     if rest <= 1e-14 * length:  # [-] rounding of the two distances
-        return 0.0
-    return log((distances + length) / rest)
+        return Vec3(0.0, 0.0, 0.0)
+    return log((distances + length) / rest) / length * cross(edge, n)
 
 
-@kernel
-def edge_term(a, b, distances, n):
-    """nu_e L_e of the edge from a to b in the plane with normal n."""
-    edge = b - a
-    length = norm(edge)
-    return line_term(distances, length) / length * cross(edge, n)
-
-
-@kernel
+@inlined
 def face_terms(a, b, c):
     """n, I_f and sum_e nu_e L_e - n omega_f of the face with corners a, b, c [m], seen from the field point."""
     r_a, r_b, r_c = norm(a), norm(b), norm(c)
     normal = cross(b - a, c - a)
-    n = normal / norm(normal)
+    n = 1.0 / norm(normal) * normal
     omega = 2.0 * atan2(dot(a, cross(b, c)), r_a * r_b * r_c + r_a * dot(b, c) + r_b * dot(c, a) + r_c * dot(a, b))
     ab, bc, ca = edge_term(a, b, r_a + r_b, n), edge_term(b, c, r_b + r_c, n), edge_term(c, a, r_c + r_a, n)
     surface = dot(ab, a) + dot(bc, b) + dot(ca, c) - dot(n, a) * omega
     return n, surface, ab + bc + ca - omega * n
 
 
-@kernel
+@inlined
 def corner(vertices, faces, f, k):
     """Corner k of face f [m]. The faces hold whole numbers as floats."""
     return vec3(vertices[int(faces[f, k])])
