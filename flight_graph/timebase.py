@@ -1,4 +1,4 @@
-"""Time: integer nanoseconds since the epoch of a run; periods that divide it exactly."""
+"""Time: integer nanoseconds since the start of a run; periods that divide it exactly."""
 
 from datetime import UTC, datetime
 from fractions import Fraction

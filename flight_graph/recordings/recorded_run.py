@@ -41,7 +41,7 @@ class RecordedRun:
 
     @property
     def recorded_until_ns(self) -> int:
-        """End [ns since the epoch of the run] of what the bag holds: one tick behind its last message."""
+        """End [ns since the start of the run] of what the bag holds: one tick behind its last message."""
         if not any(topic.count for topic in self.bag.topics.values()):
             return 0
         return min(self.bag.end_ns - self.scenario.epoch_ns + self.scenario.graph.base_ns, self.scenario.duration_ns)

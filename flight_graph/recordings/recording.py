@@ -94,7 +94,7 @@ class RunBag:
         self.writer.write(self._handles["/" + topic.topic], self._scenario.epoch_ns + t_ns, payload)
 
     def write_all(self, blocks) -> None:
-        """Append whole topics, merged by stamp: (topic, stamps since the epoch (n,), n payloads) each."""
+        """Append whole topics, merged by stamp: (topic, stamps since the start of the run (n,), n payloads) each."""
         write_blocks(self.writer, [(self._handles["/" + topic.topic], self._scenario.epoch_ns + stamps, payloads)
                                    for topic, stamps, payloads in blocks])
 
