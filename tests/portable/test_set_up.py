@@ -15,7 +15,7 @@ import pytest
 from tests.portable.scenario_digests import scenarios
 
 ROOT = Path(__file__).resolve().parents[2]
-NOT_YET = ("cubli_bennu", "lander_", "spacerobot_")  # still made with libm and NumPy
+NOT_YET = ("cubli_bennu", "lander_")  # still made with libm and NumPy
 PROBE = """
 import hashlib, json, math, sys
 import numba, numpy as np
