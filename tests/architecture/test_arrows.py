@@ -18,8 +18,7 @@ PACKAGES = {  # package -> the packages it may import
 FLOORS = (  # of flight_graph, from the ground: a module imports its own room and the floors below
     {"errors", "kernel", "noise"}, {"timebase", "vectors"}, {"components"}, {"bags"}, {"graphs"}, {"engines"},
     {"recordings"}, {"replays", "sweeps", "claims"}, {"ros"}, {"runs"}, {"cli"})
-EXCEPTIONS = [["spacerobot_ros.model", "spacerobot_ros.urdf"],
-              ["flight_math.values.access", "flight_math.values.arrays", "flight_math.values.compiled_types"]]
+EXCEPTIONS = [["flight_math.values.access", "flight_math.values.arrays", "flight_math.values.compiled_types"]]
 
 KNOWN = modules()
 GRAPH = imports(KNOWN)

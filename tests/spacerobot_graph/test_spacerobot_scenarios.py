@@ -13,7 +13,7 @@ from flight_graph.graphs.metrics import compute
 from flight_graph.graphs.scenario import load
 from papers.spacerobot.metrics import attitude_errors
 from spacerobot_ros.inertial_parameters import smallest_pseudo_inertia_eigenvalues
-from spacerobot_ros.model import find_model
+from spacerobot_ros.robot_files import find_model
 
 pytestmark = pytest.mark.xdist_group("spacerobot_rls")  # one process compiles the graph
 
