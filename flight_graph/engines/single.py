@@ -64,7 +64,7 @@ class SingleComponent:
         return self._sentence(part, code, t_ns) if code else ""
 
     def _start(self):
-        parameters, state = self._records["parameters"], self._records["state"]
+        parameters, state = self._arrays["P"], self._arrays["X"]  # an output may be called parameters
         self._tables.start(self.name, parameters, state)
         return self._sentence("start", FAULT, 0) if state["fault"][0] else ""
 
