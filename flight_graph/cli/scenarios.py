@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-import yaml
 
+from flight_graph import yaml_text
 from flight_graph.cli.show import RunProgress, add, console, metrics_table, status
 from flight_graph.errors import FlightError
+from flight_graph.text_files import short
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
 Settings = Annotated[list[str] | None, typer.Option(
@@ -44,8 +45,7 @@ def list_(
     if scenario:
         _show_scenario(scenarios.load(scenario), as_json)
         return
-    titles = {name: yaml.safe_load(path.read_text(encoding="utf-8"))["title"]
-              for name, path in scenarios.available().items()}
+    titles = {name: yaml_text.read(path)["title"] for name, path in scenarios.available().items()}
     components = {name: found.summary() for name, found in registry.components().items()}
     if as_json:
         print(json.dumps({"scenarios": titles, "components": components}))
@@ -136,9 +136,9 @@ def parse_settings(settings) -> dict:
         if not equals or not key:
             raise FlightError(f"--set {text}: write COMPONENT.PARAM=VALUE")
         try:
-            parsed[key] = yaml.safe_load(value)
-        except yaml.YAMLError:
-            raise FlightError(f"--set {text}: '{value}' is no value") from None
+            parsed[key] = yaml_text.parse(value, "")
+        except FlightError:
+            raise FlightError(f"--set {short(text)}: '{short(value)}' is no value") from None
     return parsed
 
 

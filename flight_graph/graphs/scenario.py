@@ -22,8 +22,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import yaml
-
+from flight_graph import yaml_text
 from flight_graph.components import declared, registry
 from flight_graph.errors import FlightError, unknown
 from flight_graph.graphs import expressions
@@ -219,10 +218,7 @@ def read(name_or_path: str, overrides: dict[str, Any] | None = None) -> tuple[di
         path = known[name_or_path]
     elif not path.is_file():
         raise FlightError(f"there is no scenario file '{path}'")
-    try:
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except yaml.YAMLError as error:
-        raise FlightError(f"{path}: this is no YAML: {' '.join(str(error).split())}") from None
+    data = yaml_text.read(path)
     if not isinstance(data, dict):
         raise FlightError(f"{path}: a scenario is a mapping of keys (name, title, duration_s, components, ...)")
     return override(data, overrides or {}, folder=path.parent), str(path.name), path.parent
