@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import yaml
 from pydantic import ValidationError
 
+from flight_graph import yaml_text
+from flight_graph.errors import FlightError
 from flight_math import sincos
 from spacerobot_ros.inertial_parameters import NAMES, ModelError, body_parameters, check_body
 from spacerobot_ros.kinematics import Geometry
@@ -76,11 +77,9 @@ def load_model(path) -> SpaceRobot:
     """Read and check a robot model from a YAML file. Raises `ModelError` with a sentence."""
     path = Path(path)
     try:
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ModelError(f"robot model {path}: cannot be read ({error.strerror})") from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ModelError(f"robot model {path}: is not YAML: {error}") from None
+        data = yaml_text.read(path, f"robot model {path}")
+    except FlightError as error:
+        raise ModelError(str(error)) from None
     return model_from_mapping(data, str(path))
 
 

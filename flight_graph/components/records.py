@@ -101,10 +101,10 @@ class Entry:
             return value
         try:
             if not self.shape:
-                return _adapter(self, ()).validate_python(_number(value))
+                return _adapter(self, ()).validate_python(_number(value, self.kind))
             if np.ndim(value) == 0:
-                return np.full(self.shape, _adapter(self, ()).validate_python(_number(value)))
-            rows = _rows([_number(item) for item in value], self.shape)
+                return np.full(self.shape, _adapter(self, ()).validate_python(_number(value, self.kind)))
+            rows = _rows([_number(item, self.kind) for item in value], self.shape)
             return np.array(_adapter(self, self.shape).validate_python(rows))
         except (ValidationError, ValueError, TypeError) as error:
             detail = error.errors()[0]["msg"].lower() if isinstance(error, ValidationError) else str(error)
@@ -125,9 +125,12 @@ def flat(value):
     return value
 
 
-def _number(value):
-    """NumPy scalars and arrays as plain numbers and lists."""
-    return value.tolist() if hasattr(value, "tolist") else list(value) if isinstance(value, tuple) else value
+def _number(value, kind):
+    """NumPy scalars and arrays as plain numbers and lists; a whole number may be written as 2.0 (older bags have it so)."""
+    value = value.tolist() if hasattr(value, "tolist") else list(value) if isinstance(value, tuple) else value
+    if kind == "int" and isinstance(value, list):
+        return [_number(item, kind) for item in value]
+    return int(value) if kind == "int" and isinstance(value, float) and value.is_integer() else value
 
 
 def _rows(values, shape):

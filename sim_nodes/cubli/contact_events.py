@@ -150,7 +150,8 @@ def advance(t, h, p, x, normal):
             (p, level_gravity(p), x.torque), t, h, (x.attitude, x.rates, x.wheel_speed))
         x.centre, x.centre_velocity = contact.standing_at(p, x.attitude, x.rates, x.anchor)
         return
-    x.attitude, x.rates, x.wheel_speed, x.centre, x.centre_velocity = contact.moving_step((p, x, normal), t, h, motion_of(x))
+    motion = contact.moving_step((p, x, normal), t, h, motion_of(x))
+    x.attitude, x.rates, x.wheel_speed, x.centre, x.centre_velocity = motion
     if x.mode == SLIDING:  # what rounding and the held direction move out of the plane is put back
         position, velocity = contact.corner_motion(p, 0, motion_of(x))
         x.centre -= (position @ normal) * normal

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
+from flight_graph.components.component import kinds_of
 from flight_graph.errors import FlightError
 from flight_graph.graphs.scenario import load
-from msg_schemas import cubli
-from flight_graph.components.component import kinds_of
 from flight_math import Vec3
 from flight_math.values import view
+from msg_schemas import cubli
 from sim_nodes.cubli.sensors import Imu
 from tests.cubli.records import made
 from tests.cubli_physical.runs import CENTRE_INERTIA, IDLE, LENGTH, MASS, THETA, WHEEL, normal_of, run

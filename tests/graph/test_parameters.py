@@ -44,7 +44,7 @@ def test_allowed(name, value, stored):
     ("parents", [0, 0.5, 1], "3 whole numbers, >= 0"), ("parents", [0, -1, 1], "3 whole numbers"),
     ("gain", 0.0, "a finite number, > 0 and <= 10 [N m/rad]"), ("gain", 10.000001, "<= 10"), ("gain", math.nan, "finite"),
     ("gain", math.inf, "finite"), ("gain", "0.5", "finite"), ("gain", True, "finite"), ("gain", None, "finite"),
-    ("gain", [1.0], "finite"), ("gain", {}, "finite"), ("count", 1.0, "a whole number, >= 0 and <= 9"), ("count", 10, "<= 9"),
+    ("gain", [1.0], "finite"), ("gain", {}, "finite"), ("count", 1.5, "a whole number, >= 0 and <= 9"), ("count", 10, "<= 9"),
     ("count", -1, ">= 0"), ("count", True, "whole"), ("count", "1", "whole"), ("on", 1, "true or false"),
     ("on", "yes", "true or false"), ("law", "implict", "one of explicit, implicit"), ("law", 0, "one of"),
     ("law", ["explicit"], "one of"), ("vector", [1, 2], "3 numbers, >= -1 [rad]"), ("vector", [1, 2, 3, 4], "3 numbers"),
