@@ -1,5 +1,7 @@
 """Why a run ends before its time: codes of the driver, and the sentences a person reads."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 NONFINITE = 1  # an output is not finite
@@ -46,12 +48,21 @@ def nonfinite_sentence(name, port, signal, record, seconds) -> str | None:
     return None
 
 
-def stop_sentence(name: str, part: str, component, code: int, arrays: dict, seconds: float,
+@dataclass(frozen=True)
+class Records:
+    """The (1,) records of a component that a sentence reads. outputs: by port."""
+
+    parameters: np.ndarray
+    state: np.ndarray
+    outputs: dict[str, np.ndarray]
+
+
+def stop_sentence(name: str, part: str, component, code: int, records: Records, seconds: float,
                   errors: dict[int, str] | None = None) -> str:
-    """Why a firing stopped a run. arrays: ``parameters``, ``state``, and the record of each output by port."""
+    """Why a firing stopped a run."""
     if code == FAULT:
-        return fault_sentence(name, part, component, arrays["parameters"], arrays["state"], seconds, errors)
-    sentences = (nonfinite_sentence(name, port, signal, arrays[port], seconds)
+        return fault_sentence(name, part, component, records.parameters, records.state, seconds, errors)
+    sentences = (nonfinite_sentence(name, port, signal, records.outputs[port], seconds)
                  for port, signal in component.outputs.items())
     return next(filter(None, sentences), f"{name} stopped at t = {seconds:g} s")
 
