@@ -11,7 +11,8 @@ import numpy as np
 from scipy.linalg import qr, solve_triangular
 
 from flight_graph.errors import FlightError
-from spacerobot_ros.kinematics import joint_rotations
+from flight_math import Vec3
+from spacerobot_ros.kinematics import actual_motion, posed
 from spacerobot_ros.model import SpaceRobot
 from spacerobot_ros.regressor import regressor
 
@@ -93,15 +94,11 @@ def stack_regressors(robot: SpaceRobot, theta, w, thd, alpha, thdd, a, rows=slic
     all, slice(3, None) for moments and torques, slice(6, None) for joint torques only.
     """
     n = robot.joints
-    y = np.zeros((6 + n, 10 * (n + 1)))
-    rotation, motion, block = np.zeros((n, 3, 3)), np.zeros((n + 1, 12)), np.zeros((6, 10))
+    y, rotation = np.zeros((6 + n, 10 * (n + 1))), np.zeros((n, 3, 3))
     result = []
     for k in range(len(theta)):
-        joint_rotations(robot.fixed_rotation, robot.axis, theta[k], rotation)
-        regressor(
-            robot.parent, rotation, robot.offset, robot.axis, w[k], w[k], alpha[k], a[k], thd[k], thd[k], thdd[k],
-            y, motion, block,
-        )  # fmt: skip
+        tree = posed(robot.geometry, theta[k], rotation)
+        regressor(tree, actual_motion(Vec3(*w[k]), Vec3(*alpha[k]), Vec3(*a[k]), thd[k], thdd[k]), y)
         result.append(y[rows].copy())
     return np.concatenate(result)
 

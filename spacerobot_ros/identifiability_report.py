@@ -6,10 +6,13 @@ origin accelerates as momentum demands. ``random`` stands for a free-floating mo
 
 import numpy as np
 
+from flight_graph.components.component import kinds_of
 from flight_graph.errors import FlightError, unknown
 from flight_graph.graphs.scenario import Scenario
+from flight_math import view
 from spacerobot_ros.identifiability import Identifiability, identify, momentum_free_acceleration, stack_regressors
-from spacerobot_ros.model import SpaceRobot, find_model
+from spacerobot_ros.model import SpaceRobot
+from spacerobot_ros.robot_files import find_model
 
 ROWS = {"all": slice(None), "moments": slice(3, None), "joints": slice(6, None)}
 USE = "spacerobot_ros/trajectory_generator"
@@ -48,11 +51,14 @@ def desired_motion(scenario: Scenario, step: float) -> tuple:
     component, values = nodes[0].component, nodes[0].values
     parameters, state = component.parameters.record(values), component.state.record()
     _, reference = component.outputs["reference"].new()
-    component.start(parameters[0], state[0])
+    records = view(parameters[0], component.parameters.kinds), view(state[0], component.state.kinds)
+    desired = view(reference[0], kinds_of(component.outputs["reference"]))
+    if component.start is not None:
+        component.start(*records)
     samples = []
     step_ns = int(round(step * 1e9))
     for t_ns in range(0, scenario.duration_ns + 1, step_ns):
-        component.kernel(t_ns, parameters[0], state[0], reference[0])
+        component.kernel(t_ns, *records, desired)
         samples.append(reference.copy())
     motion = np.concatenate(samples)
     return tuple(np.ascontiguousarray(motion[name]) for name in (

@@ -22,10 +22,10 @@ def random_motion(states=400):
 def harmonic_motion():
     samples = []
     for t in np.arange(0.0, 60.0 + 1e-9, 0.1):
-        out = [np.zeros(4), np.zeros(3), np.zeros(3), np.zeros(4), np.zeros(4), np.zeros(4)]
-        harmonic_reference(t, *HARMONIC, *out, np.zeros((3, 3)))
-        samples.append(out)
-    _, w, alpha, theta, thd, thdd = (np.array(column) for column in zip(*samples, strict=True))
+        joints = np.zeros((3, 4))
+        _, w, alpha = harmonic_reference(HARMONIC, t, joints)
+        samples.append((w.parts(), alpha.parts(), *joints))
+    w, alpha, theta, thd, thdd = (np.array(column) for column in zip(*samples, strict=True))
     return theta, w, thd, alpha, thdd
 
 
