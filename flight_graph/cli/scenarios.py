@@ -63,7 +63,7 @@ def list_(
 
 def run(
     scenario: Annotated[str, typer.Argument(help="A scenario's name, or the path of a YAML file.")],
-    engine: Annotated[str, typer.Option(help="compiled, python (the same source, uncompiled) or ros.")] = "compiled",
+    engine: Annotated[str, typer.Option(help="compiled, python (the same kernels, uncompiled) or ros.")] = "compiled",
     pace: Annotated[str, typer.Option(help="ros only: lockstep, realtime or realtime:FACTOR.")] = "lockstep",
     settings: Settings = None,
     params: Params = None,
