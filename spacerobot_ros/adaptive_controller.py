@@ -43,18 +43,6 @@ def controller_parameters(joints):
 
 
 @kernel
-def joint_command(p, reference, joints, u, outputs):
-    """Torques of the joints' drives, and the joint errors for the telemetry."""
-    n = len(p.parent)
-    effort, error = stack_array(n), stack_array(n)
-    for i in range(n):
-        effort[i] = u[3 + i]
-        error[i] = reference.joints[i] - joints.position[i]
-    outputs.joint_command.effort = effort
-    outputs.control.joint_error = error
-
-
-@kernel
 def signals_of(motion, telemetry):
     """The signals of the regressor for the estimators that need them: base (4, 3) and joints (3, n), row by row."""
     n = len(motion.thd)
@@ -86,10 +74,10 @@ def control(t_ns, p, x, inputs, outputs):
     demand = vec3(u[0:3])
     if p.wheel_feed_forward:
         demand = wheel_demand(demand, present.rates, inputs.wheels.momentum)
-    outputs.base_command.wrench.torque = demand
-    joint_command(p, reference, joints, u, outputs)
+    outputs.base_command.wrench.torque, outputs.joint_command.effort = demand, u[3:]
     signals_of(motion, telemetry)
     telemetry.attitude_error = rotation_vector(conjugate(present.attitude) * reference.attitude)
+    telemetry.joint_error = reference.joints - joints.position
     telemetry.sigma, telemetry.torque = sigma, u
 
 

@@ -10,7 +10,13 @@ from flight_graph.components.component import kinds_of
 from flight_graph.errors import FlightError, unknown
 from flight_graph.graphs.scenario import Scenario
 from flight_math import view
-from spacerobot_ros.identifiability import Identifiability, identify, momentum_free_acceleration, stack_regressors
+from spacerobot_ros.identifiability import (
+    Identifiability,
+    Samples,
+    identify,
+    momentum_free_acceleration,
+    stack_regressors,
+)
 from spacerobot_ros.model import SpaceRobot
 from spacerobot_ros.robot_files import find_model
 
@@ -29,21 +35,21 @@ def report(robot: SpaceRobot, scenario: Scenario | None, rows: str = "moments", 
     motion = random_motion(robot) if scenario is None else desired_motion(scenario, step)
     if motion[0].shape[1] != robot.joints:
         raise FlightError(f"the trajectory moves {motion[0].shape[1]} joints; '{robot.name}' has {robot.joints}")
-    acceleration = momentum_free_acceleration(robot, *motion)
-    stack = stack_regressors(robot, *motion, acceleration, ROWS[rows])
+    acceleration = momentum_free_acceleration(robot, motion)
+    stack = stack_regressors(robot, motion, acceleration, ROWS[rows])
     return identify(stack, robot.parameter_names, robot.pi, cut)
 
 
-def random_motion(robot: SpaceRobot, states: int = 400) -> tuple:
-    """theta, w, thd, alpha, thdd of arbitrary states."""
+def random_motion(robot: SpaceRobot, states: int = 400) -> Samples:
+    """Arbitrary states."""
     rng = np.random.default_rng(0)
     n = robot.joints
-    return (rng.uniform(-np.pi, np.pi, (states, n)), rng.standard_normal((states, 3)), rng.standard_normal((states, n)),
-            rng.standard_normal((states, 3)), rng.standard_normal((states, n)))
+    return Samples(rng.uniform(-np.pi, np.pi, (states, n)), *(
+        rng.standard_normal((states, columns)) for columns in (3, n, 3, n)))
 
 
-def desired_motion(scenario: Scenario, step: float) -> tuple:
-    """theta, w, thd, alpha, thdd of the scenario's trajectory generator, sampled over its duration."""
+def desired_motion(scenario: Scenario, step: float) -> Samples:
+    """The motion of the scenario's trajectory generator, sampled over its duration."""
     nodes = [node for node in scenario.graph.nodes.values() if "reference" in node.component.outputs and not
              node.component.inputs]
     if len(nodes) != 1:
@@ -61,8 +67,8 @@ def desired_motion(scenario: Scenario, step: float) -> tuple:
         component.kernel(t_ns, *records, desired)
         samples.append(reference.copy())
     motion = np.concatenate(samples)
-    return tuple(np.ascontiguousarray(motion[name]) for name in (
-        "joints", "rates", "joint_rates", "angular_acceleration", "joint_accelerations"))
+    return Samples(*(np.ascontiguousarray(motion[name]) for name in (
+        "joints", "rates", "joint_rates", "angular_acceleration", "joint_accelerations")))
 
 
 def robot_named(name: str) -> SpaceRobot:

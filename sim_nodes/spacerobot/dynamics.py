@@ -26,7 +26,7 @@ from flight_math import (
     stack_array,
     vec3,
 )
-from flight_math.dense import cholesky, cholesky_solve
+from flight_math.dense import cholesky, cholesky_solve, copy
 from spacerobot_ros.dynamics import inverse_dynamics, mass_matrix, reduced_mass_matrix
 from spacerobot_ros.kinematics import Motion, actual_motion, posed
 from spacerobot_ros.reaction_wheels import effective_base_torque
@@ -72,6 +72,17 @@ def robot_state(state):
     after = 13 + 2 * n
     return RobotState(vec3(state[0:3]), vec3(state[3:6]), quaternion4(state[6:10]), vec3(state[10:13]), state[13:13 + n],
                       state[13 + n:after], state[after], vec3(state[after + 1:after + 4]), vec3(state[after + 4:after + 7]))
+
+
+@kernel
+def write_state(state, s):
+    """Fill a state vector, or the rate of one, from its parts."""
+    n = len(s.joints)
+    after = 13 + 2 * n
+    state[0:3], state[3:6], state[6:10], state[10:13] = s.position, s.velocity, s.attitude, s.rates
+    copy(s.joints, state[13:13 + n])
+    copy(s.joint_rates, state[13 + n:after])
+    state[after], state[after + 1:after + 4], state[after + 4:after + 7] = s.work, s.impulse, s.wheels
 
 
 @kernel
@@ -143,15 +154,9 @@ def state_rate(held, t, state, rate):
     power = dot(vec3(total[0:3]), rotate_back(s.attitude, s.velocity)) + dot(vec3(total[3:6]), s.rates)
     for i in range(n):
         power += total[6 + i] * s.joint_rates[i]
-        rate[13 + i], rate[13 + n + i] = s.joint_rates[i], acceleration[6 + i]
-    rate[0:3] = s.velocity
-    rate[3:6] = rotate(s.attitude, vec3(acceleration[0:3]))
-    rate[6:10] = quaternion_rates(s.attitude, s.rates)
-    rate[10:13] = vec3(acceleration[3:6])
-    after = 13 + 2 * n
-    rate[after] = power
-    rate[after + 1:after + 4] = moment + cross(s.position, force)
-    rate[after + 4:after + 7] = wheel_rate
+    write_state(rate, RobotState(
+        s.velocity, rotate(s.attitude, vec3(acceleration[0:3])), quaternion_rates(s.attitude, s.rates),
+        vec3(acceleration[3:6]), s.joint_rates, acceleration[6:], power, moment + cross(s.position, force), wheel_rate))
 
 
 @kernel

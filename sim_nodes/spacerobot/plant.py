@@ -20,12 +20,14 @@ from msg_schemas.definitions import TYPESTORE
 from sim_nodes.spacerobot.actuators import limit_torque, wheels_step
 from sim_nodes.spacerobot.dynamics import (
     ZERO,
+    RobotState,
     accelerations,
     momentum_and_energy,
     robot_state,
     state_size,
     step,
     total_wrench,
+    write_state,
 )
 from spacerobot_ros.dynamics import Inertia, add_inertia, body_inertia, composite_parameters
 from spacerobot_ros.kinematics import posed
@@ -89,12 +91,9 @@ def plant_state(joints):
 
 @kernel
 def start(p, x):
-    n = len(p.parent)
     x.pi = p.pi
-    x.motion[6:10] = euler_quaternion(p.initial_attitude)
-    x.motion[10:13] = p.initial_rates
-    for i in range(n):
-        x.motion[13 + i], x.motion[13 + n + i] = p.initial_joints[i], p.initial_joint_rates[i]
+    write_state(x.motion, RobotState(ZERO, ZERO, euler_quaternion(p.initial_attitude), p.initial_rates, p.initial_joints,
+                                     p.initial_joint_rates, 0.0, ZERO, ZERO))
 
 
 @kernel

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from flight_graph.errors import FlightError
-from spacerobot_ros.identifiability import identify, momentum_free_acceleration, stack_regressors
+from spacerobot_ros.identifiability import Samples, identify, momentum_free_acceleration, stack_regressors
 from spacerobot_ros.trajectory import harmonic_reference
 from tests.spacerobot.spacerobot_loop import HARMONIC, ROBOT
 
@@ -16,7 +16,7 @@ def random_motion(states=400):
     theta = rng.uniform(-np.pi, np.pi, (states, 4))
     thd, thdd = rng.standard_normal((2, states, 4))
     w, alpha = rng.standard_normal((2, states, 3))
-    return theta, w, thd, alpha, thdd
+    return Samples(theta, w, thd, alpha, thdd)
 
 
 def harmonic_motion():
@@ -26,12 +26,12 @@ def harmonic_motion():
         _, w, alpha = harmonic_reference(HARMONIC, t, joints)
         samples.append((w.parts(), alpha.parts(), *joints))
     w, alpha, theta, thd, thdd = (np.array(column) for column in zip(*samples, strict=True))
-    return theta, w, thd, alpha, thdd
+    return Samples(theta, w, thd, alpha, thdd)
 
 
 def analyse(motion, rows, cut=1e-10):
-    a = momentum_free_acceleration(ROBOT, *motion)
-    stack = stack_regressors(ROBOT, *motion, a, ROWS[rows])
+    a = momentum_free_acceleration(ROBOT, motion)
+    stack = stack_regressors(ROBOT, motion, a, ROWS[rows])
     return stack, identify(stack, ROBOT.parameter_names, ROBOT.pi, cut)
 
 
