@@ -73,7 +73,7 @@ def flight(*arguments, **environment):
 def test_the_command_line_names_the_bag(tmp_path):
     path = tmp_path / "toy.yaml"
     path.write_text(yaml.safe_dump(stopping()))
-    done = flight("run", str(path), "--out", str(tmp_path / "bag"))
+    done = flight("run", str(path), "--out", str(tmp_path / "bag"), "--trust")
     assert done.returncode == 2
     assert "the angle left the limit of 0.3 rad; the bag up to here is" in done.stderr
     assert (tmp_path / "bag/metadata.yaml").is_file()
