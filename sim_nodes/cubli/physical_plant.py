@@ -122,15 +122,16 @@ def update(t_ns, p, x, command):
 
 
 @kernel
-def output(t_ns, p, x, truth, contact, attitude, wheels, pose):
+def output(t_ns, p, x, outputs):
+    truth, attitude, wheels, pose = outputs.truth, outputs.attitude, outputs.wheels, outputs.pose.pose
     turned = SITE_FROM_BALANCE * x.attitude
     truth.angles, truth.rates, truth.accelerations = cardan_from_quaternion(x.attitude), x.rates, x.accelerations
     truth.wheel_speed, truth.torque, truth.disturbance = x.wheel_speed, x.torque, x.disturbance
     truth.gravity = rotate_back(turned, Vec3(0.0, 0.0, -p.gravity))
     attitude.orientation, attitude.angular_velocity = x.attitude, x.rates
     wheels.velocity, wheels.effort = x.wheel_speed, x.torque
-    pose.pose.orientation, pose.pose.position = turned, x.centre
-    report(p, x, turned, contact)
+    pose.orientation, pose.position = turned, x.centre
+    report(p, x, turned, outputs.contact)
 
 
 @kernel
