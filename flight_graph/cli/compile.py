@@ -8,6 +8,7 @@ import typer
 
 from flight_graph.cli.scenarios import CheckBounds, Json
 from flight_graph.cli.show import steps
+from flight_graph.cli.trust import Trust, asked
 from flight_graph.errors import FlightError
 
 
@@ -20,6 +21,7 @@ def compile_(
     everything: Annotated[bool, typer.Option("--all", help="All scenarios that come with the packages.")] = False,
     jobs: Annotated[int | None, typer.Option(min=1, help="Components at a time; one a core when left out.")] = None,
     check_bounds: CheckBounds = False,
+    trust: Trust = False,
     as_json: Json = False,
 ) -> None:
     """Compile the components of scenarios into the cache; a run compiles what it needs by itself.
@@ -31,7 +33,8 @@ def compile_(
     if not names and not everything:
         raise FlightError("flight compile: name scenarios, or write --all")
     wanted = [*(names or []), *(scenarios.available() if everything else ())]
-    graphs = [scenarios.load(name).graph for name in dict.fromkeys(wanted)]
+    consent = asked(trust)
+    graphs = [scenarios.load(name, consent=consent).graph for name in dict.fromkeys(wanted)]
     components = {node.use: node.component for graph in graphs for node in graph.nodes.values()}
     began = time.perf_counter()
     with steps("compiling", not as_json) as advance:

@@ -24,7 +24,8 @@ def fault_sentence(name: str, part: str, component, records: Records, seconds: f
                    errors: dict[int, str] | None = None) -> str:
     """The sentence of a fault code, with the values it names filled in; or of an error that was raised.
 
-    A name is looked for in parameters, state, then outputs. errors: of the part that ran, see `flight_graph.engines.parts.Code`.
+    A name is looked for in parameters, state, then outputs. errors: of the part that ran, see
+    `flight_graph.engines.parts.Code`.
     """
     code = int(records.state["fault"][0])
     if is_raised(code):

@@ -73,7 +73,7 @@ def flight(*arguments, **environment):
 def test_the_command_line_names_the_bag(tmp_path):
     path = tmp_path / "toy.yaml"
     path.write_text(yaml.safe_dump(stopping()))
-    done = flight("run", str(path), "--out", str(tmp_path / "bag"), "--trust")
+    done = flight("run", str(path), "--trust", "--out", str(tmp_path / "bag"))
     assert done.returncode == 2
     assert "the angle left the limit of 0.3 rad; the bag up to here is" in done.stderr
     assert (tmp_path / "bag/metadata.yaml").is_file()
@@ -84,11 +84,12 @@ def test_compiling_ahead(tmp_path):
     data = toy.scenario()
     data["components"] = {name: data["components"][name] for name in ("plant", "sensor", "controller")}
     path.write_text(yaml.safe_dump({**data, "connect": {}}))
-    first = json.loads(flight("compile", str(path), "--json", FLIGHT_CACHE_DIR=cache).stdout)
+    first = json.loads(flight("compile", str(path), "--trust", "--json", FLIGHT_CACHE_DIR=cache).stdout)
     assert first["compiled"] == len(first["components"]) == 3
-    again = json.loads(flight("compile", str(path), "--json", FLIGHT_CACHE_DIR=cache).stdout)
+    again = json.loads(flight("compile", str(path), "--trust", "--json", FLIGHT_CACHE_DIR=cache).stdout)
     assert again["compiled"] == 0 and again["components"] == first["components"]
     assert "name scenarios, or write --all" in flight("compile").stderr
+    assert "add --trust to run it" in flight("compile", str(path), FLIGHT_CACHE_DIR=cache).stderr
 
 
 # -- resolve -------------------------------------------------------------------------------------------------------------
