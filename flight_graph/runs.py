@@ -12,7 +12,7 @@ from flight_graph.graphs.scenario import Scenario
 
 @dataclass
 class Outcome:
-    """What a run left. wall_s: seconds in the loop; compile_s: seconds until the first step (0 in ros)."""
+    """What a run left. wall_s: seconds in the loop; compile_s: seconds until the first step (0 in ros); domain: of ROS."""
 
     bag: Path | None
     engine: str
@@ -22,6 +22,7 @@ class Outcome:
     metrics: dict
     statistics: dict = field(default_factory=dict)
     lost: int = 0
+    domain: int | None = None
 
 
 def new_folder(wanted: Path | None, scenario: Scenario, engine: str) -> Path:
@@ -37,11 +38,11 @@ def new_folder(wanted: Path | None, scenario: Scenario, engine: str) -> Path:
 
 
 def execute(scenario: Scenario, engine: str = "compiled", pace: str = "lockstep", out: Path | None = None,
-            progress=None, compiling=None, check_bounds: bool = False) -> Outcome:
+            progress=None, compiling=None, check_bounds: bool = False, tell=None) -> Outcome:
     """Run a scenario and record it into a new folder. Raises FlightError.
 
     progress(seconds simulated) is called now and then; compiling(components done, in all, names of those under way) while
-    machine code is made. check_bounds: an index beyond an array's end stops the run with a sentence. A run that a
+    machine code is made; tell(sentence) of what a person should know before. check_bounds: an index beyond an array's end stops the run with a sentence. A run that a
     component stops leaves its bag up to there, and raises RunStopped.
     """
     check_engine(scenario, engine)
@@ -53,7 +54,7 @@ def execute(scenario: Scenario, engine: str = "compiled", pace: str = "lockstep"
     folder = new_folder(out, scenario, engine)
     _prepare(folder.parent)
     if engine == "ros":
-        return _ros(scenario, folder, pace, factor, progress, compiling, check_bounds)
+        return _ros(scenario, folder, pace, factor, progress, compiling, check_bounds, tell)
     from numba import config
 
     from flight_graph.engines.compiled import CompiledRun
@@ -105,11 +106,12 @@ def simulate(scenario: Scenario):
     return CompiledRun(scenario).run()
 
 
-def _ros(scenario, folder, pace, factor, progress, compiling, check_bounds):
+def _ros(scenario, folder, pace, factor, progress, compiling, check_bounds, tell):
     from flight_graph.bags.reader import read_bag
     from flight_graph.recordings.recording import BagSignals
     from flight_graph.ros import launcher
-    result = launcher.run(scenario, folder, pace, factor, progress, compiling, check_bounds)
+    result = launcher.run(scenario, folder, pace, factor, progress, compiling, check_bounds, tell)
     signals = BagSignals(read_bag(folder), scenario)
     return Outcome(folder, "ros", pace_text(pace, factor), result.wall_s, 0.0,
-                   metrics.compute(scenario, signals), result.statistics, int(result.outcome.get("lost", 0)))
+                   metrics.compute(scenario, signals), result.statistics, int(result.outcome.get("lost", 0)),
+                   result.domain)

@@ -90,7 +90,7 @@ def run(
     with RunProgress(loaded, not as_json) as progress:
         try:
             outcome = runs.execute(loaded, engine, pace, folder, progress.advance, progress.compiling,
-                                   check_bounds)
+                                   check_bounds, tell=status)
         except (KeyboardInterrupt, FlightError) as error:
             reason = str(error) or "interrupted"
             raise FlightError(f"{reason}; {_what_is_left(folder)}") from None
@@ -98,7 +98,7 @@ def run(
         print(json.dumps({
             "scenario": loaded.name, "bag": str(outcome.bag), "engine": outcome.engine, "pace": outcome.pace,
             "seed": loaded.seed, "wall_s": outcome.wall_s, "compile_s": outcome.compile_s, "lost": outcome.lost,
-            "metrics": outcome.metrics, "statistics": outcome.statistics, "warnings": loaded.warnings()}))
+            "ros_domain_id": outcome.domain, "metrics": outcome.metrics, "statistics": outcome.statistics, "warnings": loaded.warnings()}))
         return
     console.print(metrics_table(loaded, outcome))
     if outcome.lost:
@@ -116,7 +116,7 @@ def _what_is_left(folder) -> str:
 
 def node(
     context: typer.Context,
-    package: Annotated[str, typer.Argument(help="cubli_ros, sim_nodes, ...; or 'file.py:Class' in place of both.")],
+    package: Annotated[str, typer.Argument(help="cubli_ros, sim_nodes, ...; or 'package/executable' or 'file.py:Class' in place of both.")],
 ) -> None:
     """Run one node, as ros2 run would: flight node PACKAGE EXECUTABLE [ROS ARGS]."""
     from flight_graph.ros.entry import main, run_component
@@ -126,6 +126,9 @@ def node(
     arguments = list(context.args)
     if ":" in package:
         raise typer.Exit(run_component(package, package.rpartition(":")[2].lower(), arguments))
+    if "/" in package:  # as scenarios write it
+        package, _, executable = package.partition("/")
+        arguments.insert(0, executable)
     if not arguments or arguments[0] in ("-h", "--help"):
         from flight_graph.components import registry
         print(f"executables of {package}: {', '.join(registry.executables(package))}")

@@ -47,19 +47,26 @@ class SingleComponent:
                       tuple(Publication(port, self.component.outputs[port], periods[port], f"O {port}", None, None, 0)
                             for port in outputs))
 
-    def call(self, part: str, t_ns: int) -> str:
-        """Run one part at t, its outputs stamped, where the component has it; the sentence of a stop, or nothing."""
+    def count_from(self, epoch_ns: int) -> None:
+        """Let t = 0 have another stamp from now on."""
+        self._epoch_ns = epoch_ns
+
+    def call(self, part: str, t_ns: int, stamp_ns: int | None = None, span_ns: int = 1) -> str:
+        """Run one part at t, its outputs stamped, where the component has it; the sentence of a stop, or nothing.
+
+        stamp_ns: stamp of the outputs, where it is not that of t. span_ns: time since the firing before, where ticks may
+        be left out: a slower output is due when a multiple of its period lies in it.
+        """
         if part == "start":
             return self._start() if self.component.start is not None else ""
         number = self._numbers.get(part)
         if number is None:
             return ""
         if self._codes is None:
-            return self._call_plainly(part, number, t_ns)
-        stamp_ns = self._epoch_ns + t_ns
+            return self._call_plainly(part, number, t_ns, stamp_ns)
         for slower, period in self._slower:
-            self._tables.outputs["next"][slower] = 0 if t_ns % period == 0 else -1
-        sec, nanosec = stamp_parts(stamp_ns)
+            self._tables.outputs["next"][slower] = 0 if t_ns % period < span_ns else -1
+        sec, nanosec = stamp_parts(self._epoch_ns + t_ns if stamp_ns is None else stamp_ns)
         code = self._fire(self._row + number * driver.FIRING.itemsize, 0, t_ns, sec | nanosec << 32)
         return self._sentence(part, code, t_ns) if code else ""
 
@@ -68,9 +75,10 @@ class SingleComponent:
         self._tables.start(self.name, parameters, state)
         return self._sentence("start", FAULT, 0) if state["fault"][0] else ""
 
-    def _call_plainly(self, part, number, t_ns):
+    def _call_plainly(self, part, number, t_ns, stamp_ns):
+        stamp_ns = self._epoch_ns + t_ns if stamp_ns is None else stamp_ns
         with np.errstate(all="ignore"):
-            code = self._tables.firings[number].fire(t_ns, t_ns, stamp_parts(self._epoch_ns + t_ns))
+            code = self._tables.firings[number].fire(t_ns, t_ns, stamp_parts(stamp_ns))
         return self._sentence(part, code, t_ns) if code else ""
 
     def _sentence(self, part, code, t_ns):

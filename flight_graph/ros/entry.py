@@ -28,18 +28,32 @@ def main(package: str, executable: str, arguments: list[str] | None = None) -> i
 
 def run_component(use: str, default_name: str, arguments: list[str], announce=None) -> int:
     """Run the component ``use`` as a node until it is done or asked to end; return the exit status."""
-    prepare_environment()
-    component = registry.component(use)
-    if "-h" in arguments or "--help" in arguments:
-        print(_help(use, default_name, component))
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.default_int_handler)  # nothing has been started yet: whatever is done can be left
+    try:
+        prepare_environment()
+        component = registry.component(use)
+        if "-h" in arguments or "--help" in arguments:
+            print(_help(use, default_name, component))
+            return 0
+        import numba
+        import rclpy  # noqa: F401 (takes a while)
+
+        from flight_graph.engines import compilation
+        if not numba.config.DISABLE_JIT:
+            compilation.load({use: component})  # before anybody sees the node, and sends
+    except KeyboardInterrupt:
         return 0
+    return _run(use, component, default_name, arguments, announce or tell_errors)
+
+
+def _run(use, component, default_name, arguments, announce) -> int:
     import rclpy
     from rclpy.signals import SignalHandlerOptions
 
     from flight_graph.ros import lockstep, realtime
     from flight_graph.ros.node import ComponentNode, Stopped
 
-    announce = announce or tell_errors
     node = None
     stopping = []
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -62,6 +76,7 @@ def run_component(use: str, default_name: str, arguments: list[str], announce=No
             node.stopping.wait(0.05)
         return 0
     except Stopped:
+        announce({"stopped": True})
         if node is not None and hasattr(node, "statistics"):
             announce({"statistics": node.statistics.summary()})
         return 0

@@ -9,13 +9,14 @@ Arguments of the launch: ``pace`` (lockstep or realtime), ``factor``, ``out`` (t
 """
 
 from flight_graph.graphs.scenario import Scenario, load
-from flight_graph.ros.launcher import RECORDER, TIMEOUT_S, node_parameters
+from flight_graph.ros.launcher import RECORDER, node_parameters
+from flight_graph.ros.patience import patience_s
 
 
 def node_table(scenario: Scenario, pace: str, factor: float, out: str) -> list[dict]:
     """One row a node: package, executable, name, arguments, parameters; the recorder is the last."""
     rows = []
-    for name, values in node_parameters(scenario, pace, factor, TIMEOUT_S).items():
+    for name, values in node_parameters(scenario, pace, factor, patience_s()).items():
         if name == RECORDER:
             rows.append({"package": "sim_nodes", "executable": "recorder", "name": name, "arguments": [],
                          "parameters": {**values, "scenario": scenario.name, "out": out, "graph.linger": False}})

@@ -1,5 +1,6 @@
 """Runs a scenario as ROS 2 nodes: starts them, watches them, ends them, and leaves the bag."""
 
+import contextlib
 import json
 import os
 import queue
@@ -20,21 +21,23 @@ from flight_graph.engines.choice import check_engine
 from flight_graph.errors import FlightError
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.ros import shared_memory
+from flight_graph.ros.domain import Domain
+from flight_graph.ros.patience import at_least, patience_s
 from flight_graph.timebase import SECOND
 from msg_schemas.qos import WINDOW
 
 RECORDER = "recorder"
-TIMEOUT_S = 60.0  # [s]
 
 
 @dataclass
 class RosRun:
-    """What a ros run left behind. statistics: of the realtime loops, by node; outcome: the recorder's."""
+    """What a ros run left behind. statistics: of the realtime loops, by node; outcome: the recorder's; domain: its id."""
 
     bag: Path
     wall_s: float = 0.0
     statistics: dict = field(default_factory=dict)
     outcome: dict = field(default_factory=dict)
+    domain: int = 0
 
 
 def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: float,
@@ -69,34 +72,29 @@ def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: flo
     return parameters
 
 
-def patience_s() -> float:
-    """How long [s of wall time] a node waits for another: $FLIGHT_TIMEOUT_S, else `TIMEOUT_S`. Raises FlightError."""
-    text = os.environ.get("FLIGHT_TIMEOUT_S", str(TIMEOUT_S))
-    try:
-        seconds = float(text)
-    except ValueError:
-        seconds = 0.0
-    if not 0.0 < seconds < float("inf"):
-        raise FlightError(f"FLIGHT_TIMEOUT_S={text}: allowed: a number of seconds greater than 0")
-    return seconds
-
-
 def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float = 1.0, progress=None, compiling=None,
-        check_bounds: bool = False) -> RosRun:
+        check_bounds: bool = False, tell=None) -> RosRun:
     """Run a scenario as ROS 2 nodes and record it into ``folder``. Raises FlightError with the first node's sentence.
 
     pace: lockstep (as fast as the graph answers) or realtime (``factor`` simulated seconds per wall second).
     progress(seconds simulated) is called about once a simulated second; compiling: see `flight_graph.engines.compilation`;
-    check_bounds: with checked indices. KeyboardInterrupt ends the nodes, closes the
-    bag, and goes on to the caller.
+    check_bounds: with checked indices; tell(sentence): of what a person should know before it starts. KeyboardInterrupt
+    ends the nodes, closes the bag, and goes on to the caller.
     """
     refuse(scenario)
     timeout_s = patience_s()
     compile_nodes(scenario.graph.nodes.values(), check_bounds, compiling)
     shared_memory.clean()
-    with tempfile.TemporaryDirectory(prefix="flight_") as work:
+    with tempfile.TemporaryDirectory(prefix="flight_") as work, Domain(published(scenario.graph)) as domain:
         specs = _specs(scenario, Path(work), Path(folder).absolute(), pace, factor, timeout_s, check_bounds)
-        return Launch(specs, RosRun(Path(folder)), pace == "lockstep", progress).run()
+        if tell and domain.is_own:
+            tell(domain.sentence())
+        return Launch(specs, RosRun(Path(folder)), pace == "lockstep", progress, domain).run()
+
+
+def published(graph) -> list[str]:
+    """The topics of a graph."""
+    return [graph.signal(name, port).topic for name, node in graph.nodes.items() for port in node.component.outputs]
 
 
 def compile_nodes(nodes, check_bounds: bool = False, compiling=None) -> None:
@@ -107,13 +105,16 @@ def compile_nodes(nodes, check_bounds: bool = False, compiling=None) -> None:
 class Launch:
     """The life of the nodes of one run."""
 
-    def __init__(self, specs, result, lockstep, progress):
+    def __init__(self, specs, result, lockstep, progress, domain):
         self.result, self.lockstep, self.progress = result, lockstep, progress
         self.pids, self.error, self.master_done, self.crashed = {}, None, False, False
+        self._is_ending = False
+        self.result.domain = domain.number
         self.names = [spec["name"] for spec in specs]
         self._unborn = set(self.names)  # nodes that the spawner has not started yet
         self._killed = set()  # nodes that did not end when they were asked to
-        environment = {**os.environ, "PYTHONUNBUFFERED": "1", "OPENBLAS_NUM_THREADS": "1"}  # one thread: it forks
+        environment = {**os.environ, **domain.environment(), "PYTHONUNBUFFERED": "1",
+                       "OPENBLAS_NUM_THREADS": "1"}  # one thread: it forks
         self.process = subprocess.Popen(
             [sys.executable, "-m", "flight_graph.ros.spawner"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
             text=True, env=environment, process_group=0)
@@ -156,8 +157,12 @@ class Launch:
         elif "exit" in event:
             self.pids.pop(name, None)
             self.crashed = self.crashed or event["exit"] < 0
-            if event["exit"] and name not in self._killed and not self.error:
+            if (event["exit"] or not self._is_ending) and name not in self._killed and not self.error:
                 self.error = f"the node {name} ended by itself ({_how(event['exit'])})"
+        elif "stopped" in event:
+            if not self._is_ending and not self.error:
+                self.error = (f"the node {name} was asked to end before the run was over (SIGTERM, SIGINT or the shutdown "
+                              "transition)")
         elif "progress" in event:
             if self.progress:
                 self.progress(event["progress"])
@@ -174,7 +179,8 @@ class Launch:
 
         A node that hangs in its own end (the middleware's exit can) has done its work: that is no error of the run.
         """
-        grace_s = 5.0 if self.result.outcome else 15.0  # [s] without an outcome the recorder still has to drain
+        self._is_ending = True
+        grace_s = at_least(5.0 if self.result.outcome else 15.0)  # [s] without an outcome the recorder still has to drain
         while self._unborn and not self._lines.empty() and (line := self._lines.get()) is not None:
             self._event(line)
         if self._unborn:
@@ -185,10 +191,20 @@ class Launch:
             if not self._wait_gone(names, grace_s):
                 self._killed |= {name for name in names if name in self.pids}
                 self._signal(names, signal.SIGKILL)
-                self._wait_gone(names, 5.0)
-        self.process.wait(timeout=10)
+                self._wait_gone(names, at_least(5.0))
+        self._end_spawner()
         if self.crashed:
             shared_memory.clean()
+
+    def _end_spawner(self):
+        """It ends by itself when its last child has; on a machine that is too busy for that, it is killed with them."""
+        try:
+            self.process.wait(timeout=at_least(10.0))
+        except subprocess.TimeoutExpired:
+            self.crashed = True
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(self.process.pid, signal.SIGKILL)
+            self.process.wait()
 
     def _signal(self, names, number):
         for name in names:

@@ -15,6 +15,7 @@ from flight_graph.ros.parameters import ComponentParameters
 from flight_graph.ros.ports import InputPort, LoopOnly, OutputPort, RawPublisher
 from flight_graph.ros.progress import Progress, Watch
 from flight_graph.ros.settings import declare
+from flight_graph.ros.strangers import Strangers, misfits
 from flight_graph.timebase import SECOND, stamp_parts
 from msg_schemas.qos import Qos
 from msg_schemas.signal import ENCAPSULATION
@@ -52,7 +53,10 @@ class ComponentNode(LifecycleNode):
         self.progress = Progress(self, self.settings)
         self.watches = {other: Watch(self, other, group) for other in self.settings.wait_for}
         self.clock = RawPublisher(self, *CLOCK) if self.settings.clock_master else None
+        Strangers(self, [port.subscription for port in self.inputs.values()],
+                  [port.publisher for port in self.outputs.values()] + [publisher for _, publisher in self.formatted])
         self.state = component.initial_state(self.parameters.values)
+        self.parameters.accept_changes()
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
         self._thread = threading.Thread(target=self._serve, daemon=True)
@@ -111,16 +115,26 @@ class ComponentNode(LifecycleNode):
                 return
 
     # -- kernels -------------------------------------------------------------------------------------------------
-    def call(self, part: str, t_ns: int) -> None:
-        """Run one part of the component at t, its outputs stamped. Raises FlightError on a fault or a non-finite output."""
-        sentence = self._machine.call(part, t_ns)
+    def count_from(self, epoch_ns: int) -> None:
+        """Let t = 0 have another stamp: that of the first message, for a node among strangers."""
+        for port in self.inputs.values():
+            port.count_from(epoch_ns)
+        self._machine.count_from(epoch_ns)
+        self.settings.epoch_ns = epoch_ns
+
+    def call(self, part: str, t_ns: int, stamp_ns: int | None = None, span_ns: int = 1) -> None:
+        """Run one part of the component at t, its outputs stamped. Raises FlightError on a fault or a non-finite output.
+
+        stamp_ns, span_ns: see `SingleComponent.call`.
+        """
+        sentence = self._machine.call(part, t_ns, stamp_ns, span_ns)
         if sentence:
             raise FlightError(sentence)
 
-    def publish_outputs(self, t_ns: int) -> None:
-        """Publish what is due at t: records, then the messages formatted from them."""
+    def publish_outputs(self, t_ns: int, span_ns: int = 1) -> None:
+        """Publish what is due at t: records, then the messages formatted from them. span_ns: see `call`."""
         for name, port in self.outputs.items():
-            if t_ns % self.output_periods[name] == 0:
+            if t_ns % self.output_periods[name] < span_ns:
                 port.publish()
                 for made, publisher in self.formatted:
                     if made.port == name:
@@ -163,6 +177,8 @@ class ComponentNode(LifecycleNode):
         others = {info.topic_type for info in self.get_publishers_info_by_topic(topic)} - {port.signal.type_name}
         if others:
             return f"its input {name}: {topic} carries {', '.join(others)}, this input takes {port.signal.type_name}"
+        if unfit := misfits(self, [port.subscription], []):
+            return f"its input {name}: {unfit[0]}"
         return f"its input {name} on {topic}: no publisher has appeared"
 
     def look_around(self) -> None:

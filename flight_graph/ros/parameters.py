@@ -41,12 +41,15 @@ class ComponentParameters:
         self._values = component.parameters.validate(self._values, node.get_name())
         self._values = declared.resolved(component, self._values, node.get_name(), None)
         self.record = component.parameters.record(self._values, node.get_name())
-        node.add_on_set_parameters_callback(self._on_set)
 
     @property
     def values(self) -> dict:
         """The resolved values, in plain form."""
         return self._values
+
+    def accept_changes(self) -> None:
+        """Check what is set from now on; before, everything that the node declares has been declared."""
+        self._node.add_on_set_parameters_callback(self._on_set)
 
     def refresh(self) -> None:
         """Take over what was set since the last firing."""

@@ -4,8 +4,10 @@ import importlib
 
 from rclpy.callback_groups import CallbackGroup
 from rclpy.duration import Duration
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.impl.implementation_singleton import rclpy_implementation
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy
+from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from msg_schemas.qos import Qos
 from msg_schemas.signal import Signal
@@ -27,6 +29,12 @@ def profile(qos: Qos) -> QoSProfile:
         durability=DurabilityPolicy.TRANSIENT_LOCAL if qos.transient_local else DurabilityPolicy.VOLATILE)
 
 
+def overridable(node) -> QoSOverridingOptions | None:
+    """Parameters ``qos_overrides.<topic>.subscription.reliability`` and so on, for a node that runs alone."""
+    kinds = (QoSPolicyKind.RELIABILITY, QoSPolicyKind.DURABILITY, QoSPolicyKind.DEPTH)
+    return None if node.settings.supervised else QoSOverridingOptions(kinds)
+
+
 class LoopOnly(CallbackGroup):
     """Keeps the data subscriptions away from the executor that serves parameters and lifecycle."""
 
@@ -43,11 +51,13 @@ class LoopOnly(CallbackGroup):
 class RawSubscription:
     """A subscription whose serialised messages are taken by the loop, in order."""
 
-    def __init__(self, node, topic: str, type_name: str, qos: Qos, group: CallbackGroup):
+    def __init__(self, node, topic: str, type_name: str, qos: Qos, group: CallbackGroup, overrides=None):
         self.message_type = message_class(type_name)
         self.type_name = type_name
+        self.qos_profile = profile(qos)
         self._subscription = node.create_subscription(
-            self.message_type, topic, _never, profile(qos), raw=True, callback_group=group)
+            self.message_type, topic, _never, self.qos_profile, raw=True, callback_group=group,
+            event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False), qos_overriding_options=overrides)
         self.topic = self._subscription.topic_name
         self._handle = self._subscription.handle
         self._wait_set = rclpy_implementation.WaitSet(1, 0, 0, 0, 0, 0, node.context.handle)
@@ -70,8 +80,11 @@ class RawSubscription:
 class RawPublisher:
     """A publisher of serialised messages."""
 
-    def __init__(self, node, topic: str, type_name: str, qos: Qos):
-        self._publisher = node.create_publisher(message_class(type_name), topic, profile(qos))
+    def __init__(self, node, topic: str, type_name: str, qos: Qos, overrides=None):
+        self.qos_profile = profile(qos)
+        self._publisher = node.create_publisher(
+            message_class(type_name), topic, self.qos_profile, qos_overriding_options=overrides,
+            event_callbacks=PublisherEventCallbacks(use_default_callbacks=False))  # see strangers.py
         self.topic = self._publisher.topic_name
         self.type_name = type_name
         self.publish = self._publisher.publish
@@ -90,7 +103,7 @@ class OutputPort:
     def __init__(self, node, name: str, signal: Signal, topic: str):
         self.name, self.signal = name, signal
         self.payload, self.record = signal.new()
-        self.publisher = RawPublisher(node, topic, signal.type_name, signal.role.qos)
+        self.publisher = RawPublisher(node, topic, signal.type_name, signal.role.qos, overridable(node))
 
     def publish(self) -> None:
         self.publisher.publish(self.payload.tobytes())
@@ -105,13 +118,20 @@ class InputPort:
     def __init__(self, node, name: str, signal: Signal, topic: str, epoch_ns: int, group):
         self.name, self.signal, self.epoch_ns = name, signal, epoch_ns
         self.payload, self.record = signal.new()
-        self.subscription = RawSubscription(node, topic, signal.type_name, signal.role.qos, group)
+        self.subscription = RawSubscription(node, topic, signal.type_name, signal.role.qos, group, overridable(node))
         self.stamp_ns = None
         self._spare, self._spare_record = signal.new()
         self._spare_stamp = self._spare_record
         for part in signal.stamp_path.split("."):
             self._spare_stamp = self._spare_stamp[part]
         self._pending_ns = None
+        self.is_foreign = False  # its stamps are of another clock: each message counts as stamped when it is taken
+
+    def count_from(self, epoch_ns: int) -> None:
+        """Let t = 0 have another stamp."""
+        if self._pending_ns is not None:
+            self._pending_ns += self.epoch_ns - epoch_ns
+        self.epoch_ns = epoch_ns
 
     def peek(self) -> int | None:
         """Stamp of the next message that is not in the record yet, or None. Raises SignalMismatch."""

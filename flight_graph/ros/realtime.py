@@ -1,7 +1,8 @@
 """Realtime: the clock master steps on the wall clock, holds a command that is late, counts what was missed.
 
 Every other node fires when the newest message of its fastest input belongs to one of its firings, and waits for its other
-inputs for at most one period. Without the settings of a graph (a node started by hand) this is how a node runs alone.
+inputs for at most one period. Without the settings of a graph (a node started by hand) this is how a node runs alone; it
+may be among strangers then, whose stamps are on no grid (`flight_graph.ros.ticks`) or of another clock.
 """
 
 import time
@@ -11,8 +12,11 @@ import numpy as np
 
 from flight_graph.ros import lockstep
 from flight_graph.ros.clock import ClockInput
+from flight_graph.ros.ticks import Ticks, epoch_of
 from flight_graph.timebase import SECOND
 from msg_schemas.signal import SignalMismatch
+
+_OTHER_CLOCK_NS = 10 * SECOND  # [ns] a node alone takes stamps that are off by more for those of another clock
 
 
 @dataclass
@@ -101,20 +105,45 @@ def _gather(node, t_ns, deadline):
             node.statistics.late_inputs += 1
         if port.stamp_ns is not None and t_ns - port.stamp_ns > node.settings.stale_after_s * SECOND:
             node.statistics.stale_commands += 1
+            if node.statistics.stale_commands == 1:
+                node.get_logger().warning(f"{port.subscription.topic}: the newest message is older than "
+                                          f"{node.settings.stale_after_s:g} s; this input is zero until another comes")
             port.clear()
 
 
 def _take(node, port, t_ns) -> bool:
     """Move the next message stamped <= t into the record; False when there is none. Refused messages are counted."""
-    try:
-        found = port.peek()
-    except SignalMismatch as error:
-        _refuse(node, error)
-        return True
-    if found is None or found > t_ns:
+    found = _peek(node, port)
+    if found is None:
+        return False
+    if not node.settings.supervised and (port.is_foreign or abs(found - t_ns) > _OTHER_CLOCK_NS):
+        return _take_newest(node, port, t_ns)
+    if found > t_ns:
         return False
     port.accept()
     return True
+
+
+def _take_newest(node, port, t_ns) -> bool:
+    """Take a message by its arrival: its stamp is of another clock than this node's."""
+    while _peek(node, port) is not None:
+        port.accept()
+    if not port.is_foreign:
+        port.is_foreign = True
+        node.get_logger().warning(
+            f"the stamps of {port.subscription.topic} are {abs(port.stamp_ns - t_ns) / SECOND:.6g} s off this node's time: "
+            "they are of another clock, and each message counts as stamped when it arrives")
+    port.stamp_ns = t_ns
+    return True
+
+
+def _peek(node, port) -> int | None:
+    """The t of the next message that fits, or None."""
+    while True:
+        try:
+            return port.peek()
+        except SignalMismatch as error:
+            _refuse(node, error)
 
 
 def _refuse(node, error):
@@ -128,34 +157,50 @@ def _refuse(node, error):
 def _run_follower(node):
     settings = node.settings
     trigger = _trigger(node)
-    end_ns = settings.duration_ns
+    ticks = Ticks(settings.period_ns, trigger.subscription.topic, node.get_logger().warning)
+    end_ns, before_ns = settings.duration_ns, None
     while True:
         node.check_alive()
         node.parameters.refresh()
-        try:
-            t_ns = trigger.peek()
-        except SignalMismatch as error:
-            _refuse(node, error)
-            continue
+        t_ns = _peek(node, trigger)
         if t_ns is None:
             trigger.subscription.wait(SECOND)
             if trigger.stamp_ns is None and not settings.supervised:
                 node.get_logger().info(f"waiting for {trigger.subscription.topic}", throttle_duration_sec=5.0)
             continue
+        if not settings.knows_epoch:
+            t_ns = _find_epoch(node, trigger)
         trigger.accept()
-        if t_ns % settings.period_ns:
+        stamp_ns, t_ns = t_ns + settings.epoch_ns, _tick(t_ns, settings, ticks)
+        if t_ns is None:
             continue
+        span_ns = 1 if settings.supervised or before_ns is None else max(1, t_ns - before_ns)
+        before_ns = t_ns
         deadline = time.monotonic_ns() + round(settings.period_ns / settings.factor)
         for name, port in node.inputs.items():
             if port is not trigger:
                 _follow(node, name, port, t_ns, deadline)
-        node.call("kernel" if node.component.kernel is not None else "output", t_ns)
-        node.publish_outputs(t_ns)
+        node.call("kernel" if node.component.kernel is not None else "output", t_ns, stamp_ns, span_ns)
+        node.publish_outputs(t_ns, span_ns)
         node.call("update", t_ns)
         node.statistics.ticks += 1
         node.progress.tell(t_ns)
         if end_ns and t_ns + settings.period_ns >= end_ns:
             return
+
+
+def _find_epoch(node, trigger) -> int:
+    """Count time from where the first message says; return its t."""
+    node.settings.knows_epoch = True
+    node.count_from(epoch_of(trigger.peek() + node.settings.epoch_ns))
+    return trigger.peek()
+
+
+def _tick(t_ns, settings, ticks) -> int | None:
+    """The t of the firing that a message belongs to. In a graph that is its stamp, or it belongs to none."""
+    if settings.supervised:
+        return None if t_ns % settings.period_ns else t_ns
+    return ticks.of(t_ns)
 
 
 def _follow(node, name, port, t_ns, deadline):

@@ -4,6 +4,7 @@ Messages that a component formats from a record (diagnostics, transforms) are ma
 """
 
 import json
+import os
 import struct
 import time
 from collections import deque
@@ -135,6 +136,7 @@ class Recorder:
 def run(node, scenario: Scenario, folder: Path, settings) -> dict:
     """Record until every topic is complete or the node is asked to end; return the outcome. Raises FlightError."""
     bag = RunBag(folder, scenario, "ros", node.pace)
+    bag.writer.metadata("flight_graph.ros", {"domain_id": os.environ.get("ROS_DOMAIN_ID") or "0"})
     recorder = Recorder(node, scenario, bag, settings, LoopOnly())
     progress = Progress(node, settings)
     try:

@@ -8,6 +8,8 @@ import yaml
 from flight_graph.bags.reader import Bag, read_bag
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.ros import launcher
+from flight_graph.ros.domain import Domain
+from flight_graph.ros.patience import patience_s
 
 REPLAYER = "replayer"
 
@@ -20,7 +22,7 @@ def run(bag_path, scenario: Scenario, component: str, answers: list, folder: Pat
     Returns (bag of the answers, firings, "").
     """
     launcher.refuse(scenario)
-    timeout_s = launcher.patience_s()
+    timeout_s = patience_s()
     values = launcher.node_parameters(scenario, "lockstep", 1.0, timeout_s, check_bounds)[component]
     plain = {topic.port for topic in answers if topic.formatted is None}
     node = scenario.graph.nodes[component]
@@ -30,9 +32,11 @@ def run(bag_path, scenario: Scenario, component: str, answers: list, folder: Pat
     settings = {"bag": str(Path(bag_path).absolute()), "component": component, "end_ns": scenario.duration_ns,
                 "window_ns": values["graph.window_ns"], "timeout_s": timeout_s, "out": str(out)}
     launcher.compile_nodes([node], check_bounds)
-    with tempfile.TemporaryDirectory(prefix="flight_") as work:
+    topics = [signal.topic for signal in node.component.outputs.values()]
+    topics += [scenario.graph.signal(edge.node, edge.port).topic for edge in node.inputs.values()]
+    with tempfile.TemporaryDirectory(prefix="flight_") as work, Domain(topics) as domain:
         specs = [_spec(Path(work), component, node.use, values), _spec(Path(work), REPLAYER, REPLAYER, settings)]
-        result = launcher.Launch(specs, launcher.RosRun(out), True, progress).run()
+        result = launcher.Launch(specs, launcher.RosRun(out), True, progress, domain).run()
     return read_bag(out), result.outcome["firings"], ""
 
 

@@ -44,6 +44,7 @@ class Settings:
     supervised: bool  # tell the clock master how far this node has come
     linger: bool  # stay after the end until told to stop, so that nothing on its way is lost
     check_bounds: bool = False  # an index beyond an array's end stops the node
+    knows_epoch: bool = True  # False: a node among strangers takes its time zero from what it hears
     sources: dict[str, Source] = field(default_factory=dict)
     subscribers: dict[str, int] = field(default_factory=dict)
 
@@ -81,6 +82,7 @@ def declare(node, component) -> Settings:
         linger=bool(get("linger", False, "stay after the end until told to stop")),
         check_bounds=bool(get("check_bounds", False, "whether an index beyond an array's end stops the node")),
     )
+    settings.knows_epoch = settings.supervised or "graph.epoch_ns" in node._parameter_overrides
     settings.wait_for = [other for other in settings.wait_for if other]
     if settings.factor <= 0:
         raise FlightError(f"{name}.graph.factor: {settings.factor} is not allowed; allowed: greater than 0")

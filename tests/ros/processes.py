@@ -22,10 +22,10 @@ def flight(*arguments, cwd, timeout=120, **changes) -> subprocess.CompletedProce
                           text=True, timeout=timeout)
 
 
-def start(*arguments, cwd, **changes) -> subprocess.Popen:
+def start(*arguments, cwd, stderr=subprocess.PIPE, **changes) -> subprocess.Popen:
     """Start a command in a process group of its own."""
     return subprocess.Popen([*FLIGHT, *map(str, arguments)], cwd=cwd, env=environment(**changes), text=True,
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, process_group=0, preexec_fn=_hear_interrupts)
+                            stdout=subprocess.PIPE, stderr=stderr, process_group=0, preexec_fn=_hear_interrupts)
 
 
 def _hear_interrupts():
