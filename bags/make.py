@@ -14,10 +14,9 @@ import tempfile
 from pathlib import Path
 
 from flight_graph.engines.compiled import CompiledRun
-from flight_graph.recordings.recording import write_recording
-from flight_graph.graphs.scenario import Scenario, available, load
-
 from flight_graph.errors import FlightError
+from flight_graph.graphs.scenario import Scenario, available, load
+from flight_graph.recordings.recording import write_recording
 
 FOLDER = Path(__file__).resolve().parent
 LARGEST = 250_000  # [bytes] of a bag's folder

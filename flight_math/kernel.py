@@ -24,9 +24,7 @@ def kernel(function):
     returned as it is (the plain-Python mode). Nothing is cached here: numba would not notice a change in a function that is
     called from another file; the executors cache under a fingerprint of every kernel they reach (`fingerprint`).
     """
-    made = numba.njit(error_model="numpy", nogil=True, _nrt=False)(function)
-    made.takes_views = True
-    return made
+    return numba.njit(error_model="numpy", nogil=True, _nrt=False)(function)
 
 
 def plain(function):

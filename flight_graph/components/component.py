@@ -28,7 +28,7 @@ from flight_graph.components import declarations, declared
 from flight_graph.components.findings import nearest
 from flight_graph.components.places import refuse
 from flight_graph.components.records import Parameters, State
-from flight_graph.kernel import kernel as _kernel
+from flight_math.kernel import kernel as _kernel
 from flight_math.values import Kinds, Quaternion, Vec, Vec3
 from msg_schemas.qos import Role
 from msg_schemas.signal import Signal

@@ -15,14 +15,10 @@ _TREES = {}  # file -> (its lines, first line of a function -> the function's tr
 
 @dataclass(frozen=True)
 class Source:
-    """One function: its tree, its file, and the objects that its global names mean.
-
-    takes_views: it is a kernel of values, to which all rules apply.
-    """
+    """One function: its tree, its file, and the objects that its global names mean."""
 
     function: FunctionType
     tree: ast.FunctionDef
-    takes_views: bool
 
     @property
     def path(self) -> str:
@@ -50,13 +46,12 @@ class Source:
 
 def source(function) -> Source | None:
     """The source of a kernel (compiled or plain); None where there is no file to read it from."""
-    takes_views = getattr(getattr(function, "compiled", function), "takes_views", False)
     function = plain(function)
     if not isinstance(function, FunctionType):
         return None
     code = function.__code__
     tree = _functions(code.co_filename).get(code.co_firstlineno)
-    return Source(function, tree, takes_views) if tree is not None and tree.name == function.__name__ else None
+    return Source(function, tree) if tree is not None and tree.name == function.__name__ else None
 
 
 def tree(path: str) -> ast.Module | None:

@@ -30,8 +30,7 @@ def compile_part(component, part: str, key: str, about: str) -> None:
     kernel = getattr(component, part)
     with translated(component, part):
         arguments = part_calls.compiled_arguments(component, part)
-        is_closed = part_calls.takes_views(kernel)
-        code, errors = object_code.part_code(kernel, arguments, count, symbol, fault, is_closed)
+        code, errors = object_code.part_code(kernel, arguments, count, symbol, fault)
     cache.write(key, code, {"what": about, "symbol": symbol, "errors": errors})
 
 

@@ -30,11 +30,7 @@ from flight_graph.engines.machine import target_machine
 from flight_graph.engines.stops import RAISED
 from flight_graph.errors import FlightError
 
-MEMORY = {"memset", "memcpy", "memmove"}  # what any code may call
-LIBM = {"sin", "cos", "sincos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh",
-        "exp", "exp2", "expm1", "log", "log2", "log10", "log1p", "pow", "sqrt", "cbrt", "hypot", "floor", "ceil", "trunc",
-        "fmod", "round", "rint", "fabs", "copysign", "erf", "erfc", "lgamma", "tgamma", "ldexp", "frexp",
-        "numba_attempt_nocopy_reshape"}
+MAY_CALL = {"memset", "memcpy", "memmove", "floor", "ceil"}  # outside of itself: memory, and what is exact in any libm
 _CONTEXT = "_toplevel_target_context"
 _NEVER_CALLED = ctypes.cast(ctypes.pythonapi.PyErr_BadArgument, ctypes.c_void_p).value
 
@@ -204,13 +200,12 @@ def _forget(which):
                 found.add_overload(result)
 
 
-def part_code(kernel, arguments: list, count: int, symbol: str, fault: int,
-              is_closed: bool) -> tuple[bytes, dict[int, str]]:
+def part_code(kernel, arguments: list, count: int, symbol: str, fault: int) -> tuple[bytes, dict[int, str]]:
     """Object code of one part as the C function ``symbol``, and the sentences of the errors it may raise.
 
     arguments: numba's types of the kernel's arguments; count: of its inputs and outputs, each a pointer at the end of what
     numba makes of the arguments. fault: offset of the state's ``fault``, which takes `RAISED` plus the number of an error.
-    is_closed: whether libm may not be called either. Raises FlightError.
+    Raises FlightError.
     """
     result = kernel.get_compile_result(types.void(*arguments))
     loads = "\n".join(f"  %s{i}.at = getelementptr ptr, ptr %io, i64 {i}\n  %s{i} = load ptr, ptr %s{i}.at"
@@ -218,7 +213,7 @@ def part_code(kernel, arguments: list, count: int, symbol: str, fault: int,
     names = ["i64 %t_ns"] * (arguments[0] == types.int64) + ["ptr %p", "ptr %x"] + [f"ptr %s{i}" for i in range(count)]
     entry = _ENTRY.format(symbol=symbol, inner=f'"{result.fndesc.llvm_func_name}"', loads=loads, base=RAISED, fault=fault,
                           arguments=", ".join(names), types=", ".join(name.split()[0] for name in names))
-    code, text = _emit(result.library, entry, symbol, MEMORY if is_closed else MEMORY | LIBM)
+    code, text = _emit(result.library, entry, symbol)
     raised = _raised(result.library)
     return code, {number: raised[number] for number in raised if str(number) in text or str(RAISED + number) in text}
 
@@ -238,14 +233,14 @@ define i64 @{symbol}({', '.join(names)}) {{
 }}
 declare i32 @"{result.fndesc.llvm_func_name}"({', '.join(["ptr", "ptr", *(name.split()[0] for name in names)])})
 """
-    return _emit(result.library, entry, symbol, MEMORY | LIBM)[0]
+    return _emit(result.library, entry, symbol)[0]
 
 
 def _raised(library):
     return {number: sentence for reached in library.reached() for number, sentence in reached.raised.items()}
 
 
-def _emit(library, entry, symbol, may_call) -> tuple[bytes, str]:
+def _emit(library, entry, symbol) -> tuple[bytes, str]:
     """Object code, and the optimised intermediate code as text."""
     module, machine = llvm.parse_assembly(entry), target_machine()
     for reached in library.reached():
@@ -259,7 +254,7 @@ def _emit(library, entry, symbol, may_call) -> tuple[bytes, str]:
     module.verify()
     optimise(module, machine)
     text = str(module)
-    wrong = sorted(name for name in open_symbols(module) if name not in may_call)
+    wrong = sorted(name for name in open_symbols(module) if name not in MAY_CALL)
     if wrong:
         raise FlightError(_open_sentence(wrong))
     return machine.emit_object(module), text

@@ -1,4 +1,4 @@
-"""How a part takes its records: raw, as views where it is written with values, each by itself or in named tuples."""
+"""How a part takes its records: as views, each by itself or in named tuples."""
 
 import inspect
 from collections import namedtuple
@@ -25,24 +25,17 @@ def ports(component: type[Component], part: str) -> tuple[list[str], list[str]]:
     return inputs, outputs
 
 
-def takes_views(function) -> bool:
-    """Whether a part was made with `flight_math.kernel.kernel`."""
-    return getattr(function, "takes_views", False)
-
-
 def bundles(function) -> tuple[bool, bool]:
     """Whether a part takes its inputs, its outputs, as one named tuple each: arguments called inputs, outputs."""
     names = inspect.signature(plain(function)).parameters
     return "inputs" in names, "outputs" in names
 
 
-def records(component: type[Component], part: str) -> list[tuple[np.dtype, Kinds | None]]:
-    """Layout and kinds of a part's records: parameters, state, inputs, outputs. Kinds are None for raw records."""
+def records(component: type[Component], part: str) -> list[tuple[np.dtype, Kinds]]:
+    """Layout and kinds of a part's records: parameters, state, inputs, outputs."""
     inputs, outputs = ports(component, part)
     signals = [component.inputs[port] for port in inputs] + [component.outputs[port] for port in outputs]
     own = [component.parameters, component.state]
-    if not takes_views(getattr(component, part)):
-        return [(one.dtype, None) for one in own + signals]
     return [(one.dtype, one.kinds) for one in own] + [(signal.dtype, kinds_of(signal)) for signal in signals]
 
 
@@ -57,7 +50,7 @@ def arranged(component: type[Component], part: str, given: list, bundle) -> list
     arguments, rest = list(given[:2]), list(given[2:])
     for side, names, bundled in zip(("inputs", "outputs"), ports(component, part), bundles(function)):
         items, rest = rest[:len(names)], rest[len(names):]
-        if bundled and takes_views(function):
+        if bundled:
             arguments.append(bundle(_tuple_of(side, tuple(names)), items))
         else:
             arguments += items
@@ -66,10 +59,7 @@ def arranged(component: type[Component], part: str, given: list, bundle) -> list
 
 def plain_arguments(component: type[Component], part: str, arrays: list[np.ndarray]) -> list:
     """The arguments of a part in plain Python, but for the time: over the memory of these (1,) records."""
-    given = []
-    for array, (_, kinds) in zip(arrays, records(component, part)):
-        record = array.view(np.recarray)[0]
-        given.append(record if kinds is None else view(record, kinds))
+    given = [view(array.view(np.recarray)[0], kinds) for array, (_, kinds) in zip(arrays, records(component, part))]
     return arranged(component, part, given, lambda bundle, items: bundle(*items))
 
 
@@ -79,8 +69,7 @@ def compiled_arguments(component: type[Component], part: str) -> list:
     from numba.np.numpy_support import from_dtype
 
     from flight_math.values.compiled_views import ViewType
-    given = [from_dtype(dtype) if kinds is None else ViewType(from_dtype(dtype), kinds)
-             for dtype, kinds in records(component, part)]
+    given = [ViewType(from_dtype(dtype), kinds) for dtype, kinds in records(component, part)]
     time = [types.int64] if part != "start" else []
 
     def bundle(cls, items):

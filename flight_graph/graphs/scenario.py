@@ -31,9 +31,9 @@ from flight_graph.graphs.graph import Edge, Graph, Node
 from flight_graph.graphs.named_code import foreign_code
 from flight_graph.graphs.scenario_file import EdgeEntry, ScenarioFile
 from flight_graph.graphs.vary import Vary
-from flight_graph.noise import stream_key
 from flight_graph.text_files import short
 from flight_graph.timebase import SECOND, duration_ns, period_ns
+from flight_math.noise import stream_key
 
 _NODE = re.compile("[A-Za-z][A-Za-z0-9_]{0,99}")
 _PORT = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,99}\.[A-Za-z_][A-Za-z0-9_]{0,99}")

@@ -170,7 +170,7 @@ def test_realtime_is_not_compared(flight, tmp_path):
 
 USERS_OWN = """
 from flight_graph.components.component import Component
-from flight_graph.kernel import kernel
+from flight_math.kernel import kernel
 from flight_graph.components.records import Parameters, State, field
 from msg_schemas.qos import Role
 from msg_schemas.signal import Quantity, named_vector

@@ -5,9 +5,9 @@ import json
 import pytest
 from typer.testing import CliRunner
 
+from flight_graph.claims import claim_runs, claims
 from flight_graph.claims.claim_expressions import Several
 from flight_graph.claims.claim_runs import RunEntry
-from flight_graph.claims import claim_runs, claims
 from flight_graph.cli.app import app
 from flight_graph.errors import FlightError
 from flight_graph.graphs.scenario import load

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flight_graph import noise
 from flight_graph.engines import cache, part_calls, parts
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.graphs.scenario import Scenario, load
-from flight_graph.kernel import fingerprint
+from flight_math import noise
+from flight_math.kernel import fingerprint
 from tests.graph import toy
 from tests.graph.reference_executor import ReferenceExecutor
 
@@ -87,7 +87,7 @@ print(json.dumps({t.topic: [len(t.records), hashlib.sha256(t.signal.payloads(t.r
 
 def test_machine_code_is_found_again_and_follows_its_sources(tmp_path):
     """A fresh cache: compiled once, found by a second process; a changed kernel or constant of another module is noticed."""
-    (tmp_path / "physics.py").write_text("from flight_graph.kernel import kernel\nGAIN = 2.0\n\n\n@kernel\ndef law(x):\n"
+    (tmp_path / "physics.py").write_text("from flight_math.kernel import kernel\nGAIN = 2.0\n\n\n@kernel\ndef law(x):\n"
                                          "    return GAIN * x\n")
     (tmp_path / "part.py").write_text(PART)
     code = """
@@ -124,7 +124,7 @@ print(warm, parts.key(run.components["part:Part"], "kernel"), run.run()["part/ou
 PART = '''
 import physics
 from flight_graph.components.component import Component
-from flight_graph.kernel import kernel
+from flight_math.kernel import kernel
 from msg_schemas.qos import Role
 from msg_schemas.signal import Quantity, named_vector
 

@@ -61,7 +61,7 @@ def result(scope: Scope, node: ast.Call, callee: Object, kinds: list | None, nam
 
 def is_kernel(function) -> bool:
     """Whether a function stands under @kernel."""
-    if hasattr(function, "py_func") or getattr(function, "takes_views", False):
+    if hasattr(function, "py_func"):
         return True
     return bool(config.DISABLE_JIT) and isinstance(function, FunctionType) and is_decorated(function)
 

@@ -9,7 +9,6 @@ from flight_graph.components.kernel_rules.kinds import Record
 from flight_graph.components.kernel_rules.walk import Walk
 from flight_graph.components.sources import Source, source
 from flight_math.kernel import plain
-from flight_math.values.views import NO_KINDS
 
 PARTS = ("start", "kernel", "output", "update")
 FIRST = ("t_ns", "p", "x")
@@ -24,11 +23,6 @@ def expected(component, part: str, given=()) -> list[str]:
     inputs = [] if part == "output" else list(component.inputs)
     outputs = [] if part == "update" else list(component.outputs)
     return [*FIRST, *(["inputs"] if "inputs" in given else inputs), *(["outputs"] if "outputs" in given else outputs)]
-
-
-def takes_views(function) -> bool:
-    """Whether a part is a kernel of values."""
-    return getattr(function, "takes_views", False)
 
 
 def reading(component, part: str) -> tuple[list[Finding], list[Source]]:
@@ -77,20 +71,18 @@ def _misfit(function, arguments, wanted, part):
 
 
 def _kinds(component, part, wanted):
-    views = takes_views(getattr(component, part))
-
     def port(name, role):
         signal = (component.inputs if role == "input" else component.outputs)[name]
-        return records.message(signal, kinds_of(signal) if views else NO_KINDS, role)
+        return records.message(signal, kinds_of(signal), role)
 
     kinds = []
     for name in wanted:
         if name == "t_ns":
             kinds.append(records.TIME)
         elif name == "p":
-            kinds.append(records.parameters(component, views))
+            kinds.append(records.parameters(component))
         elif name == "x":
-            kinds.append(records.state(component, views))
+            kinds.append(records.state(component))
         elif name in ("inputs", "outputs"):
             role = name.rstrip("s")
             kinds.append(Record(name, name, {key: port(key, role) for key in getattr(component, name)}))

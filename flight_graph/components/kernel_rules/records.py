@@ -9,14 +9,14 @@ from msg_schemas.signal import Signal
 TIME = Number(int)
 
 
-def parameters(component, views: bool) -> Record:
-    """The record p of a component. views: the part reads its fields as values."""
-    return _declared(component.parameters, "parameters", views)
+def parameters(component) -> Record:
+    """The record p of a component."""
+    return _declared(component.parameters, "parameters")
 
 
-def state(component, views: bool) -> Record:
+def state(component) -> Record:
     """The record x of a component."""
-    return _declared(component.state, "state", views)
+    return _declared(component.state, "state")
 
 
 def message(signal: Signal, kinds: Kinds, role: str) -> Record:
@@ -24,9 +24,9 @@ def message(signal: Signal, kinds: Kinds, role: str) -> Record:
     return _message(signal.dtype, signal.type_name, role, kinds)
 
 
-def _declared(cls, role, views):
+def _declared(cls, role):
     words = {name: entry.words for name, entry in cls.entries.items()}
-    fields = {name: _field(cls.dtype, cls.kinds if views else NO_KINDS, name, role, cls.__name__, words.get(name, ()))
+    fields = {name: _field(cls.dtype, cls.kinds, name, role, cls.__name__, words.get(name, ()))
               for name in cls.dtype.names}
     texts = tuple(name for name, entry in cls.entries.items() if entry.kind == "text")
     return Record(cls.__name__, role, fields, texts)

@@ -28,10 +28,8 @@ class Scope:
         return UNKNOWN
 
     def forbid(self, node: ast.AST, what: str | None) -> Kind:
-        """A mistake against a rule of arithmetic, which holds for kernels of values."""
-        if what and self.source.takes_views:
-            return self.report(node, what)
-        return UNKNOWN
+        """A mistake, if there is one, against a rule of arithmetic."""
+        return self.report(node, what) if what else UNKNOWN
 
     @property
     def result(self) -> Kind:
