@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 import scipy.stats
 
-from flight_graph import noise
-from flight_graph.kernel import kernel
+from flight_math import kernel, noise
 
 MASK = 2**64 - 1
 

@@ -14,7 +14,7 @@ from cubli_ros.design import design
 from cubli_ros.design_site import Rover, Site, contact, disturbance_friction, norms, path
 from cubli_ros.reference import CRITICALLY_DAMPED, MINIMUM_JERK, shape
 from flight_graph.errors import FlightError
-from flight_graph.kernel import plain
+from flight_math import plain
 from tests.design.closed_loops import designed, run
 
 GRAVITIES = (2e-3, 5e-4, 8e-5)  # [m/s^2]
