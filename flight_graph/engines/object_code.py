@@ -269,9 +269,12 @@ def _open_sentence(names):
 
 
 def optimise(module, machine) -> None:
-    """LLVM's own order of passes; nothing among them may change the result of an operation."""
+    """LLVM's own order of passes; nothing among them may change the result of an operation.
+
+    Loops over arrays become vector code; statements side by side do not (that makes laws of small values slower).
+    """
     options = llvm.create_pipeline_tuning_options(speed_level=3)
-    options.loop_vectorization = options.slp_vectorization = True
+    options.loop_vectorization, options.slp_vectorization = True, False
     builder = llvm.create_pass_builder(machine, options)
     builder.getModulePassManager().run(module, builder)
 
