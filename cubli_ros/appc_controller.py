@@ -25,7 +25,7 @@ from flight_math import Mat3, Vec3, clip, elementwise, kernel, rotate_back, same
 from msg_schemas import cubli
 
 EXPLICIT = 0
-OUTSIDE_ATTITUDE, OUTSIDE_RATE = 1, 2
+OUTSIDE_ATTITUDE, OUTSIDE_RATE, OUTSIDE_RATE_ANYHOW = 1, 2, 3
 NO_LIMIT = 1e9  # [1] an adaptive gain never comes near it
 
 
@@ -149,6 +149,8 @@ def check_start(p, x, turn, xi_a, error_u, bound_u):
         x.fault = OUTSIDE_RATE
         part = body_rates(turn, p.lambda_a * transformed_error(xi_a))
         x.feasible_lambda_a = smallest(largest_factor(part, error_u - part, bound_u)) * p.lambda_a
+        if any(x.feasible_lambda_a <= 0.0):
+            x.fault = OUTSIDE_RATE_ANYHOW
 
 
 @elementwise
@@ -173,6 +175,9 @@ class AppcController(Component):
         OUTSIDE_RATE: "the initial rate error {rate_error} rad/s is outside the funnel rho_u0 = {rho_u0} rad/s "
                       "(xi_u = {rate_xi}, allowed: |xi_u| < 1); take a lambda_a below {feasible_lambda_a} rad/s, widen "
                   "rho_u0, or set rearm to true",
+        OUTSIDE_RATE_ANYHOW: "the initial rate error {rate_error} rad/s is outside the funnel rho_u0 = {rho_u0} rad/s "
+                             "(xi_u = {rate_xi}, allowed: |xi_u| < 1), whatever lambda_a; widen rho_u0, start more slowly, "
+                             "or set rearm to true",
     }
 
     @classmethod

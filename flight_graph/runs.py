@@ -8,6 +8,9 @@ from flight_graph.engines.choice import check_engine, pace_text, parse_pace
 from flight_graph.errors import FlightError, RunStopped
 from flight_graph.graphs import metrics
 from flight_graph.graphs.scenario import Scenario
+from flight_graph.text_files import short
+
+_LONGEST_NAME, _LONGEST_PATH = 255, 4000  # [bytes] that a file system has
 
 
 @dataclass
@@ -28,6 +31,7 @@ class Outcome:
 def new_folder(wanted: Path | None, scenario: Scenario, engine: str) -> Path:
     """The bag's folder: ``wanted`` (refused when it exists), or the next free runs/<scenario>-<engine>-<n>."""
     if wanted is not None:
+        _check_folder(wanted)
         if wanted.exists():
             raise FlightError(f"--out {wanted}: it exists already; name a new folder")
         return wanted
@@ -35,6 +39,14 @@ def new_folder(wanted: Path | None, scenario: Scenario, engine: str) -> Path:
     while (folder := Path("runs") / f"{scenario.name}-{engine}-{number}").exists():
         number += 1
     return folder
+
+
+def _check_folder(folder: Path) -> None:
+    """Refuse a folder that no disk can have, or whose bag's file none can. Raises FlightError."""
+    name = f"{folder.resolve().name}_0.mcap" if "\0" not in str(folder) else ""
+    if not str(folder).isprintable() or len(os.fsencode(name)) > _LONGEST_NAME or len(os.fsencode(folder)) > _LONGEST_PATH:
+        raise FlightError(f"--out {short(repr(str(folder)))}: this is no name of a folder; allowed: printable characters, "
+                          f"{_LONGEST_NAME - len('_0.mcap')} bytes")
 
 
 def execute(scenario: Scenario, engine: str = "compiled", pace: str = "lockstep", out: Path | None = None,

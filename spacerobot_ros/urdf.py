@@ -5,13 +5,17 @@ axis, limit, parent/child). Of the parsers on the package index, yourdfpy brings
 urdf_parser_py's release carries no licence statement and reports errors by printing.
 """
 
-import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import numpy as np
 
+from flight_graph import xml_text
+from flight_graph.errors import FlightError
+from flight_graph.text_files import read_bytes, short
 from spacerobot_ros.inertial_parameters import ModelError, body_parameters, tensor
 from spacerobot_ros.model import SpaceRobot, model_from_mapping, rotation_from_rpy
+
+MOST_LINKS = 256  # links, and joints, of a file
 
 
 def load_urdf(source) -> SpaceRobot:
@@ -24,14 +28,11 @@ def load_urdf(source) -> SpaceRobot:
     where = "URDF"
     if not text.lstrip().startswith("<"):
         where = f"URDF {text}"
-        try:
-            text = Path(text).read_text(encoding="utf-8")
-        except OSError as error:
-            raise ModelError(f"{where}: cannot be read ({error.strerror})") from None
     try:
-        root = ElementTree.fromstring(text)
-    except ElementTree.ParseError as error:
-        raise ModelError(f"{where}: is not XML: {error}") from None
+        content = read_bytes(Path(text), where, xml_text.LARGEST) if where != "URDF" else text
+        root = xml_text.parse(content, where)
+    except FlightError as error:
+        raise ModelError(str(error)) from None
     if root.tag != "robot":
         raise ModelError(f"{where}: the root element is <{root.tag}>; it must be <robot>")
     try:
@@ -42,6 +43,9 @@ def load_urdf(source) -> SpaceRobot:
 
 
 def _mapping(root) -> dict:
+    for kind in ("link", "joint"):
+        if len(root.findall(kind)) > MOST_LINKS:
+            raise ModelError(f"there are more than {MOST_LINKS} elements <{kind}>, which is more than is read")
     links = {_name(link): _inertial(link) for link in root.findall("link")}
     joints = [_joint(joint, links) for joint in root.findall("joint")]
     children = [joint["child"] for joint in joints]
@@ -179,6 +183,8 @@ def _name(element) -> str:
     name = element.get("name")
     if not name:
         raise ModelError(f"a <{element.tag}> has no name")
+    if len(name) > 200:
+        raise ModelError(f"the name '{short(name, 40)}' of a <{element.tag}> has more than 200 letters")
     return name
 
 
@@ -186,11 +192,11 @@ def _number(text, what: str) -> float:
     try:
         return float(text)
     except (TypeError, ValueError):
-        raise ModelError(f"{what} is {text!r}; a number is needed") from None
+        raise ModelError(f"{what} is {short(repr(text))}; a number is needed") from None
 
 
 def _vector(text, what: str) -> np.ndarray:
     parts = (text or "").split()
     if len(parts) != 3:
-        raise ModelError(f"{what} is {text!r}; three numbers are needed")
+        raise ModelError(f"{what} is {short(repr(text))}; three numbers are needed")
     return np.array([_number(part, what) for part in parts])

@@ -14,7 +14,7 @@ VERSION = 9
 DISTRO = "jazzy"
 FILE_NAME = "metadata.yaml"
 LARGEST = 8 << 20  # [bytes] of metadata.yaml
-MOST_VALUES = 400_000  # in it
+MOST_VALUES = 150_000  # in it
 _UNLIMITED = {"sec": 9223372036, "nsec": 854775807}  # rmw's infinite duration
 
 

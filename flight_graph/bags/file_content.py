@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import zstandard
 
-from flight_graph.bags.mcap_records import ALWAYS_ALLOWED, LARGEST_RATIO, Damage
+from flight_graph.bags.mcap_records import Damage, largest_size
 
 _STEP = 1 << 22  # [bytes]
 _ALLOWED = 1 << 25  # [bytes] that a file may unpack to whatever the ratio
@@ -32,8 +32,8 @@ def unpack(path: Path, target) -> int:
         with open(path, "rb") as file, zstandard.ZstdDecompressor().stream_reader(file, read_across_frames=True) as reader:
             while part := reader.read(_STEP):
                 size += target.write(part)
-                if size > LARGEST_RATIO * file.tell() + _ALLOWED:
-                    raise Damage(f"{path.name} unpacks to more than {LARGEST_RATIO} times its size")
+                if size > max(largest_size(file.tell()), _ALLOWED):
+                    raise Damage(f"{path.name} unpacks to an impossible size")
     except zstandard.ZstdError:
         raise Damage(f"{path.name} cannot be decompressed") from None
     target.flush()
@@ -43,7 +43,7 @@ def unpack(path: Path, target) -> int:
 def unpack_message(data: bytes) -> bytes:
     """The content of one message of rosbag2's message compression. Raises Damage."""
     try:
-        limit = LARGEST_RATIO * len(data) + ALWAYS_ALLOWED
+        limit = largest_size(len(data))
         content = zstandard.ZstdDecompressor().stream_reader(data).read(limit)
     except zstandard.ZstdError:
         raise Damage("a message cannot be decompressed") from None

@@ -16,6 +16,7 @@ from flight_graph.bags.byte_kernels import read_field, walk
 
 LARGEST_RATIO = 1000  # [1] of unpacked to packed bytes
 ALWAYS_ALLOWED = 1 << 21  # [bytes] that may be unpacked whatever the ratio
+USUAL_RATIO, USUALLY_ALLOWED = 50, 1 << 26  # of more than so many bytes [bytes]
 _CHUNK_HEAD = struct.Struct("<QQQI")
 _ATTACHMENT_CRC = struct.Struct("<I")
 
@@ -100,9 +101,14 @@ class ChunkRecord:
         return content
 
 
+def largest_size(packed: int) -> int:
+    """What so many packed bytes may unpack to [bytes]: small things by any ratio, large ones by that of real recordings."""
+    return min(LARGEST_RATIO * packed + ALWAYS_ALLOWED, USUAL_RATIO * packed + USUALLY_ALLOWED)
+
+
 def refuse_impossible_size(size: int, packed: int, where: str) -> None:
     """Raise Damage for a size that no compression reaches: a damaged or evil one must not fill the memory."""
-    if size > LARGEST_RATIO * packed + ALWAYS_ALLOWED:
+    if size > largest_size(packed):
         raise Damage(f"{where} declares an impossible size of {size} bytes")
 
 

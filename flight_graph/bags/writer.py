@@ -284,7 +284,7 @@ def _make_folder(folder: Path, overwrite: bool):
             shutil.rmtree(folder)
         folder.mkdir(parents=True)
     except FileExistsError:
-        raise BagError(f"'{folder}' exists already; name another folder, or ask for overwriting") from None
+        raise BagError(f"'{folder}' exists already; name a folder that is not there yet") from None
     except OSError as error:
         raise BagError(_sentence(folder, error)) from error
 

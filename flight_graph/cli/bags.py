@@ -122,7 +122,11 @@ def plot(
 def draw_overview(scenario, signals, path: Path) -> Path:
     """The figure that the scenario names. Raises FlightError when it names none."""
     from flight_graph.graphs.metrics import figure
-    return figure(scenario)(scenario, signals, path)
+    draw = figure(scenario)
+    try:
+        return draw(scenario, signals, path)
+    except OSError as error:
+        raise FlightError(f"'{path}' cannot be written: {(error.strerror or str(error)).lower()}") from None
 
 
 def recover(

@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -41,15 +42,18 @@ def design(
     if vehicle not in DESIGNS:
         raise FlightError(f"there is no design rule for '{vehicle}'; allowed: {', '.join(DESIGNS)}")
     rules = importlib.import_module(DESIGNS[vehicle])
-    if out is not None and out.exists():
+    if out is not None and os.path.lexists(out):
         raise FlightError(f"--out {out}: it exists already; name a new file")
     site = rules.Site(gravity, tilt, friction, disturbance, phasing, frequency)
     rover = rules.Rover(start=start, gyro_sigma=gyro_noise, model=model)
     made = rules.design(rule, site, rover)
     text = rules.parameter_file(made, site, rover)
     if out is not None:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        out.write_text(text, encoding="utf-8", newline="\n")
+        try:
+            out.parent.mkdir(parents=True, exist_ok=True)
+            out.write_text(text, encoding="utf-8", newline="\n")
+        except OSError as error:
+            raise FlightError(f"--out {out}: it cannot be written ({(error.strerror or str(error)).lower()})") from None
     if as_json:
         print(json.dumps({
             "rule": made.rule, "parameters": made.parameters, "rate_hz": made.rate_hz,

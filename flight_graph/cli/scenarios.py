@@ -108,10 +108,11 @@ def run(
 
 
 def _what_is_left(folder) -> str:
+    from flight_graph.bags.errors import quoted
     if (folder / "metadata.yaml").exists():
-        return f"the bag up to here is {folder}"
+        return f"the bag up to here is {quoted(folder)}"
     if any(folder.glob("*.mcap")):
-        return f"the bag {folder} was not closed: flight_graph.bags.recover saves what is in it"
+        return f"the bag was not closed: `flight recover {quoted(folder)}` saves what is in it"
     return "nothing was recorded"
 
 

@@ -36,6 +36,7 @@ def sweep(
     Any row is run again to a full bag, bit for bit the same, by its number: flight run SCENARIO --case K.
     """
     from flight_graph import runs as one_run
+    from flight_graph.bags.errors import quoted
     from flight_graph.graphs import scenario as scenarios
     from flight_graph.sweeps import sweep as sweeps
     consent = asked(trust)
@@ -53,7 +54,7 @@ def sweep(
         except KeyboardInterrupt:
             kept = (f"the runs up to here are in {folder / sweeps.TABLE}" if (folder / sweeps.TABLE).exists()
                     else "no run had ended")
-            raise FlightError(f"interrupted; {kept}; continue with --resume --out {folder}") from None
+            raise FlightError(f"interrupted; {kept}; continue with --resume --out {quoted(folder)}") from None
     wall_s = time.perf_counter() - began
     failed = [row for row in rows if row.status != "ok"]
     found = statistics(rows)

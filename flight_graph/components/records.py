@@ -21,11 +21,14 @@ from pydantic import Field, StrictBool, TypeAdapter, ValidationError
 from flight_graph.components.findings import nearest
 from flight_graph.components.places import refuse
 from flight_graph.errors import FlightError, unknown
+from flight_graph.text_files import short
 from flight_math.values import DualQuaternion, DualVector, Kinds, Mat, Mat3, Quaternion, Vec, Vec3
 from flight_math.values.views import is_value_class
 
 __all__ = ["Array", "Choice", "DualQuaternion", "DualVector", "Entry", "Integers", "Mat", "Mat3", "Parameters",
            "Quaternion", "Record", "State", "Vec", "Vec3", "field", "flat"]
+
+LONGEST_TEXT = 1000  # characters of a parameter that is a text
 
 
 @dataclass(frozen=True)
@@ -93,11 +96,11 @@ class Entry:
         """Return the value in the record's form. Raises FlightError with a sentence."""
         if self.kind == "choice":
             if value not in self.words:
-                raise FlightError(f"{where}: {value!r} is not allowed; allowed: {self.range_text}")
+                raise FlightError(f"{where}: {short(repr(value))} is not allowed; allowed: {self.range_text}")
             return self.words.index(value)
         if self.kind == "text":
-            if not isinstance(value, str):
-                raise FlightError(f"{where}: {value!r} is not allowed; allowed: {self.range_text}")
+            if not isinstance(value, str) or len(value) > LONGEST_TEXT or not value.isprintable():
+                raise FlightError(f"{where}: {short(repr(value))} is not allowed; allowed: {self.range_text}")
             return value
         try:
             if not self.shape:
@@ -108,7 +111,8 @@ class Entry:
             return np.array(_adapter(self, self.shape).validate_python(rows))
         except (ValidationError, ValueError, TypeError) as error:
             detail = error.errors()[0]["msg"].lower() if isinstance(error, ValidationError) else str(error)
-            raise FlightError(f"{where}: {value!r} is not allowed ({detail}); allowed: {self.range_text}") from None
+            raise FlightError(f"{where}: {short(repr(value))} is not allowed ({short(detail)}); allowed: "
+                              f"{self.range_text}") from None
 
     def plain(self, record_value):
         """The value as a scenario file writes it."""
@@ -140,12 +144,18 @@ def _rows(values, shape):
     return values
 
 
+def _whole(bounds):
+    """Bounds of a whole number, those of the record's 64 bits included."""
+    low = {} if {"ge", "gt"} & bounds.keys() else {"ge": -2**63}
+    return {**low, **bounds, **({} if {"le", "lt"} & bounds.keys() else {"le": 2**63 - 1})}
+
+
 @cache
 def _adapter(entry: Entry, shape: tuple) -> TypeAdapter:
     bounds = dict(entry.bounds)
     scalar = {
         "float": Annotated[float, Field(strict=True, allow_inf_nan=False, **bounds)],
-        "int": Annotated[int, Field(strict=True, **bounds)],
+        "int": Annotated[int, Field(strict=True, **_whole(bounds))],
         "bool": StrictBool,
     }[entry.kind]
     for length in reversed(shape):

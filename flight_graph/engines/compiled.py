@@ -10,6 +10,7 @@ import numba
 import numpy as np
 
 from flight_graph.engines import compilation, driver
+from flight_graph.engines.memory import refuse_too_long
 from flight_graph.engines.plain_driver import PlainTables
 from flight_graph.engines.schedule import Schedule
 from flight_graph.engines.stops import FAULT, REASONS, Records, raised_sentence, stop_sentence
@@ -87,8 +88,13 @@ class CompiledRun:
 
     def start(self, ticks: int, logs: dict | None = None) -> "Flight":
         """Fresh memory for a run of so many ticks, with every component started."""
+        self._refuse_too_long(ticks)
         self.compile()
         return Flight(self, self.schedule.memory(ticks, logs), self._codes)
+
+    def _refuse_too_long(self, ticks: int):
+        refuse_too_long(self.schedule.log_bytes(ticks), f"{self.scenario.origin}: a run of {ticks} ticks of "
+                        f"{self.graph.base_ns / SECOND:g} s")
 
     def run(self, progress=None, logs: dict | None = None, compiling=None) -> Recording:
         """Run the scenario. progress(seconds simulated) is called now and then.
@@ -97,8 +103,10 @@ class CompiledRun:
         and gives those of an earlier run back to this one: a recording made with the same dictionary before is
         overwritten. compiling: as the progress of `compile`.
         """
-        compile_s = self.compile(compiling)
         ticks = -(-self.scenario.duration_ns // self.graph.base_ns)
+        if logs is None or not logs:
+            self._refuse_too_long(ticks)
+        compile_s = self.compile(compiling)
         began = time.perf_counter()
         flight = self.start(ticks, logs)
         chunk = max(SHORTEST_CHUNK, ticks // 100) if progress else ticks

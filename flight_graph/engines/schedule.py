@@ -77,6 +77,11 @@ class Schedule:
         schedule.firings = [_firing(graph, plan, step) for step in graph.order]
         return schedule
 
+    def log_bytes(self, ticks: int) -> int:
+        """Size of the logs of a run of so many ticks."""
+        return sum(-(-ticks // made.log_period) * made.signal.dtype.itemsize for firing in self.firings
+                   for made in firing.publications if made.log is not None)
+
     def memory(self, ticks: int, logs: dict | None = None) -> dict[str, np.ndarray]:
         """Fresh arrays for a run of so many ticks.
 

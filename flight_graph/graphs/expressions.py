@@ -10,14 +10,18 @@ import math
 import operator
 
 from flight_graph.errors import FlightError, unknown
+from flight_graph.text_files import short
 from flight_math import elementary
 from flight_math.uncompiled import uncompiled
+
+LONGEST = 1000  # characters of an expression
+_WHOLE_BITS = 64  # of a power that stays a whole number
 
 
 def _power(base, exponent):
     """base^exponent, the same on every machine; whole numbers stay whole."""
-    whole = isinstance(base, int) and isinstance(exponent, int)
-    return base**exponent if whole else uncompiled(elementary.power)(base, exponent)
+    whole = isinstance(base, int) and isinstance(exponent, int) and abs(exponent) * base.bit_length() <= _WHOLE_BITS
+    return base**exponent if whole else uncompiled(elementary.power)(float(base), float(exponent))
 
 
 FUNCTIONS = {"sqrt": math.sqrt,
@@ -41,18 +45,34 @@ def references(text: str, where: str) -> set[str]:
 def evaluate(text: str, components: dict[str, dict], where: str):
     """The expression's value: a number or a list. components: name -> parameters in plain form."""
     try:
-        return _value(_parsed(text, where).body, components, where)
-    except (ArithmeticError, ValueError, TypeError, IndexError, OverflowError) as error:
+        found = _value(_parsed(text, where).body, components, where)
+        if not all(math.isfinite(value) for value in (found if isinstance(found, list) else [found])
+                   if isinstance(value, float)):
+            raise ValueError("it is not finite")
+        return found
+    except (ArithmeticError, ValueError, TypeError, IndexError, OverflowError, RecursionError) as error:
         if isinstance(error, FlightError):
             raise
-        raise FlightError(f"{where}: '{text}' has no value: {error}") from None
+        raise FlightError(f"{where}: '{short(text)}' has no value: {short(str(error))}") from None
 
 
 def _parsed(text, where):
     try:
+        if len(text) > LONGEST:
+            raise ValueError
         return ast.parse(text.lstrip().removeprefix("=").strip(), mode="eval")
-    except SyntaxError:
-        raise FlightError(f"{where}: '{text}' is no expression; write for example '= 2 * plant.gravity'") from None
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        raise FlightError(f"{where}: '{short(text)}' is no expression of at most {LONGEST} characters; write for example "
+                          "'= 2 * plant.gravity'") from None
+
+
+def _number(node, components, where):
+    """A value that arithmetic takes: a list is taken apart first, ``plant.inertia[0]``."""
+    found = _value(node, components, where)
+    if type(found) not in (int, float):
+        raise TypeError(f"'{short(ast.unparse(node), 40)}' is {type(found).__name__} and no number; of a list name the "
+                        "entry, as in plant.inertia[0]")
+    return found
 
 
 def _value(node, components, where):
@@ -63,9 +83,9 @@ def _value(node, components, where):
     if isinstance(node, ast.List):
         return [_value(item, components, where) for item in node.elts]
     if isinstance(node, ast.UnaryOp) and type(node.op) in _OPERATORS:
-        return _OPERATORS[type(node.op)](_value(node.operand, components, where))
+        return _OPERATORS[type(node.op)](_number(node.operand, components, where))
     if isinstance(node, ast.BinOp) and type(node.op) in _OPERATORS:
-        return _OPERATORS[type(node.op)](_value(node.left, components, where), _value(node.right, components, where))
+        return _OPERATORS[type(node.op)](_number(node.left, components, where), _number(node.right, components, where))
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.keywords:
         if node.func.id not in FUNCTIONS:
             raise unknown("function", node.func.id, FUNCTIONS, where)
@@ -79,5 +99,5 @@ def _value(node, components, where):
         if node.attr not in values:
             raise unknown("parameter", node.attr, values, f"{where}: {node.value.id}")
         return values[node.attr]
-    raise FlightError(f"{where}: '{ast.unparse(node)}' is not allowed in an expression; allowed: numbers, + - * / **, "
-                      f"{', '.join(FUNCTIONS)}, pi, lists and component.parameter")
+    raise FlightError(f"{where}: '{short(ast.unparse(node))}' is not allowed in an expression; allowed: numbers, + - * / "
+                      f"**, {', '.join(FUNCTIONS)}, pi, lists and component.parameter")

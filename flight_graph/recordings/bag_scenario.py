@@ -3,16 +3,13 @@
 Component files are taken from the bag's attachments alone, never from a path that the bag names or lies at.
 """
 
-import contextlib
-import os
-import tempfile
 from pathlib import Path, PurePosixPath
 
 from flight_graph.bags.errors import quoted
 from flight_graph.bags.reader import Bag
 from flight_graph.components import foreign
 from flight_graph.components.foreign import Consent, Foreign
-from flight_graph.engines.cache import cache_folder
+from flight_graph.engines.cache import cache_folder, keep
 from flight_graph.errors import FlightError
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.text_files import parse_json
@@ -85,20 +82,5 @@ def _unpacked(bag, name, use) -> str:
     source, _, attribute = use.rpartition(":")
     content = bag.attachments[_attachment(bag, name)].data
     stem = "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in Path(source).stem)[:60]
-    path = cache_folder("components") / f"{stem}_{foreign.digest(content)[:16]}.py"
-    if path.is_symlink() or not path.is_file() or path.read_bytes() != content:
-        _write(path, content)
+    path = keep(cache_folder("components"), f"{stem}_{foreign.digest(content)[:16]}.py", content)
     return f"{path}:{attribute}"
-
-
-def _write(path, content):
-    """Put a file in the place of whatever is there, a link included."""
-    handle, draft = tempfile.mkstemp(".tmp", path.stem, path.parent)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        os.replace(draft, path)
-    except OSError:
-        with contextlib.suppress(OSError):
-            os.unlink(draft)
-        raise

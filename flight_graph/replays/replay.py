@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from flight_graph.engines.choice import ENGINES
+from flight_graph.engines.memory import refuse_too_long
 from flight_graph.engines.single import SingleComponent
 from flight_graph.errors import FlightError, unknown
 from flight_graph.graphs import scenario as scenarios
@@ -155,6 +156,8 @@ def _in_process(scenario, node, inputs, answers, end_ns, folder, progress, check
     """Fire the component by itself at every period; return (bag of answers, firings, sentence of a stop)."""
     machine, given, made = _machine(scenario, node, check_bounds)
     ports = {topic.port: topic for topic in reversed(answers)}
+    refuse_too_long(sum(-(-end_ns // topic.period_ns) * topic.signal.dtype.itemsize for topic in ports.values()),
+                    f"a replay of {end_ns / SECOND:g} s")
     logs = {port: topic.signal.zeros(-(-end_ns // topic.period_ns)) for port, topic in ports.items()}
     sources = [(entry, _bytes(entry.records), _bytes(given[port])[0]) for port, entry in inputs.items()]
     written = [(topic.period_ns, _bytes(logs[port]), _bytes(made[port])[0]) for port, topic in ports.items()]

@@ -6,12 +6,19 @@ It does not look for faces that cut through each other.
 """
 
 import math
+from array import array
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 
 from flight_graph.errors import FlightError
+from flight_graph.text_files import read_bytes, short
 
+LARGEST = 32 << 20  # [bytes] of a file
+MOST_VERTICES, MOST_FACES, MOST_LINES, MOST_CORNERS = 100_000, 200_000, 1_000_000, 1000
+LONGEST_LINE = 1 << 16  # [bytes]
+FARTHEST = 1e9  # [m] of a vertex from the origin: products of three stay far from the largest number
 SMALLEST_AREA = 1e-12  # [-] of the mesh's largest extent squared
 
 
@@ -20,36 +27,47 @@ def load_obj(path: Path, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
 
     scale: metres a unit of the file (1000 for kilometres). Only ``v`` and ``f`` lines are read.
     """
-    if not Path(path).is_file():
-        raise FlightError(f"there is no mesh file '{path}'")
-    vertices, faces = [], []
-    for number, line in enumerate(Path(path).read_text(errors="replace", encoding="utf-8").splitlines(), 1):
-        words = line.split("#")[0].split()
+    if not Path(path).exists():
+        raise FlightError(f"there is no mesh file '{short(str(path))}'")
+    content = read_bytes(Path(path), f"mesh {path}", LARGEST)
+    coordinates, indices = array("d"), array("q")
+    lines = BytesIO(content if b"\n" in content else content.replace(b"\r", b"\n"))
+    for number, line in enumerate(iter(lambda: lines.readline(LONGEST_LINE), b""), 1):
+        if number > MOST_LINES or len(coordinates) > 3 * MOST_VERTICES or len(indices) > 3 * MOST_FACES:
+            raise FlightError(f"{path}: allowed: at most {MOST_VERTICES} vertices, {MOST_FACES} triangles and {MOST_LINES} "
+                              "lines; decimate the mesh")
         try:
-            if words[:1] == ["v"]:
-                vertices.append([float(word) for word in words[1:4]])
-                if len(words) < 4:
-                    raise ValueError
-            elif words[:1] == ["f"]:
-                corners = [_index(word, len(vertices)) for word in words[1:]]
-                if len(corners) < 3:
-                    raise ValueError
-                faces += [[corners[0], corners[i], corners[i + 1]] for i in range(1, len(corners) - 1)]
-        except ValueError:
-            raise FlightError(f"{path}, line {number}: '{line.strip()}' is no vertex (v x y z) or face (f i j k)"
-                              ) from None
-    if not faces:
+            if len(line) == LONGEST_LINE:
+                raise ValueError
+            _take(line.partition(b"#")[0].split(), coordinates, indices)
+        except (ValueError, OverflowError):
+            text = short(line.decode(errors="replace").strip(), 80)
+            raise FlightError(f"{path}, line {number}: '{text}' is no vertex (v x y z) or face (f i j k)") from None
+    if not indices:
         raise FlightError(f"{path}: the mesh has no faces (lines 'f i j k')")
-    vertices, faces = scale * np.array(vertices, float).reshape(-1, 3), np.array(faces, np.int64)
+    vertices, faces = scale * np.array(coordinates).reshape(-1, 3), np.array(indices).reshape(-1, 3)
     if faces.min() < 0 or faces.max() >= len(vertices):
         raise FlightError(f"{path}: a face names a vertex that is not there; the file has {len(vertices)} vertices")
     require_closed(vertices, faces, str(path))
     return vertices, faces
 
 
+def _take(words, coordinates, indices):
+    """Append what one line says. Raises ValueError where it says a vertex or face wrongly."""
+    if words[:1] == [b"v"]:
+        x, y, z = words[1:4]
+        coordinates.extend((float(x), float(y), float(z)))
+    elif words[:1] == [b"f"]:
+        if not 4 <= len(words) <= MOST_CORNERS + 1:
+            raise ValueError
+        corners = [_index(word, len(coordinates) // 3) for word in words[1:]]
+        for i in range(1, len(corners) - 1):
+            indices.extend((corners[0], corners[i], corners[i + 1]))
+
+
 def _index(word, count):
     """A corner ``i``, ``i/t`` or ``i/t/n``: from 1, or negative from the end."""
-    index = int(word.split("/")[0])
+    index = int(word.split(b"/")[0])
     if index == 0:
         raise ValueError
     return index - 1 if index > 0 else count + index
@@ -59,6 +77,9 @@ def require_closed(vertices, faces, name: str) -> None:
     """Refuse a mesh that does not bound a volume with its faces' normals outward. Raises FlightError."""
     if not np.isfinite(vertices).all():
         raise FlightError(f"{name}: vertex {int(np.argmin(np.isfinite(vertices).all(axis=1))) + 1} is not finite")
+    if len(vertices) and np.abs(vertices).max() > FARTHEST:
+        raise FlightError(f"{name}: vertex {int(np.abs(vertices).max(axis=1).argmax()) + 1} is more than {FARTHEST:g} m "
+                          "from the origin; is the scale right?")
     corners = vertices[faces]
     area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     used = corners.reshape(-1, 3)

@@ -135,7 +135,7 @@ def test_compressed_and_bombs(tmp_path):
     bomb = zstandard.ZstdCompressor(level=19).compressobj()
     packed = b"".join(bomb.compress(bytes(1 << 24)) for _ in range(24)) + bomb.flush()
     (tmp_path / "bomb.mcap.zstd").write_bytes(packed)
-    with pytest.raises(BagDamaged, match="unpacks to more than 1000 times its size"):
+    with pytest.raises(BagDamaged, match="unpacks to an impossible size"):
         read_bag(tmp_path / "bomb.mcap.zstd")
     for compression, pack in (("zstd", zstandard.ZstdCompressor().compress), ("lz4", None)):
         import lz4.frame

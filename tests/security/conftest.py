@@ -1,6 +1,9 @@
 import pytest
 
 from tests.bag_commands.command_line import CommandLine
+from tests.bag_commands.conftest import earth
+
+__all__ = ["earth"]
 
 
 @pytest.fixture
