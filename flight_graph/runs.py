@@ -42,8 +42,8 @@ def execute(scenario: Scenario, engine: str = "compiled", pace: str = "lockstep"
     """Run a scenario and record it into a new folder. Raises FlightError.
 
     progress(seconds simulated) is called now and then; compiling(components done, in all, names of those under way) while
-    machine code is made; tell(sentence) of what a person should know before. check_bounds: an index beyond an array's end stops the run with a sentence. A run that a
-    component stops leaves its bag up to there, and raises RunStopped.
+    machine code is made; tell(sentence) of what a person should know before. check_bounds: an index beyond an array's end
+    stops the run with a sentence. A run that a component stops leaves its bag up to there, and raises RunStopped.
     """
     check_engine(scenario, engine)
     pace, factor = parse_pace(pace)

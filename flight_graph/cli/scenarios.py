@@ -93,7 +93,8 @@ def run(
         print(json.dumps({
             "scenario": loaded.name, "bag": str(outcome.bag), "engine": outcome.engine, "pace": outcome.pace,
             "seed": loaded.seed, "wall_s": outcome.wall_s, "compile_s": outcome.compile_s, "lost": outcome.lost,
-            "ros_domain_id": outcome.domain, "metrics": outcome.metrics, "statistics": outcome.statistics, "warnings": loaded.warnings()}))
+            "ros_domain_id": outcome.domain,
+            "metrics": outcome.metrics, "statistics": outcome.statistics, "warnings": loaded.warnings()}))
         return
     console.print(metrics_table(loaded, outcome))
     if outcome.lost:
@@ -111,7 +112,8 @@ def _what_is_left(folder) -> str:
 
 def node(
     context: typer.Context,
-    package: Annotated[str, typer.Argument(help="cubli_ros, sim_nodes, ...; or 'package/executable' or 'file.py:Class' in place of both.")],
+    package: Annotated[str, typer.Argument(
+        help="cubli_ros, sim_nodes, ...; or 'package/executable' or 'file.py:Class' in place of both.")],
 ) -> None:
     """Run one node, as ros2 run would: flight node PACKAGE EXECUTABLE [ROS ARGS]."""
     from flight_graph.ros.entry import main, run_component

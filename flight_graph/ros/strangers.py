@@ -58,8 +58,8 @@ def _subscriber_sentence(own, info) -> str | None:
     """Why a subscriber of another node hears nothing, or None when it fits."""
     name = _name(info)
     if info.topic_type != own.type_name:
-        return (f"{own.topic}: the node {name} reads {info.topic_type} there, this node publishes {own.type_name}: it hears "
-                "nothing. Remap one of the two")
+        return (f"{own.topic}: the node {name} reads {info.topic_type} there, this node publishes {own.type_name}: it "
+                "hears nothing. Remap one of the two")
     why = _policies(own.qos_profile, info.qos_profile)
     if why is None:
         return None
