@@ -11,7 +11,7 @@ INSTALLED := setup.py package.xml pyproject.toml $(wildcard */nodes.py launch/*/
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo test portable bench lock clean choose
+.PHONY: help setup demo compile test portable bench lock clean choose
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -22,6 +22,9 @@ setup: $(PROJECT) ## .venv with pinned, hash-checked packages and this project, 
 
 demo: setup ## a first flight (runs: flight demo)
 	$(BIN)/flight demo
+
+compile: setup ## machine code of all components, ahead of the first run
+	$(BIN)/flight compile --all
 
 test: setup $(if $(shell command -v npm),$(READER)) ## all tests; a broken build fails in the first seconds
 	$(BIN)/python -m pytest -x -q tests/smoke

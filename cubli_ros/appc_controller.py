@@ -1,21 +1,30 @@
 """APPC as a component: attitude in, wheel torques and funnel telemetry out.
 
-Source: Aerospace 2022, 9(11), 728, equations (10)-(16), Tables 1 and 2; the laws themselves are in `cubli_ros.appc`.
+Source: Aerospace 2022, 9(11), 728, equations (10)-(16), Tables 1 and 2; the laws are in `cubli_ros.appc` (as printed) and
+`cubli_ros.sampled_appc`.
 """
 
 import math
 
-from cubli_ros import appc, funnel
-from cubli_ros.attitude import body_rates, cardan_from_quaternion, gravity_torque
+from cubli_ros.appc import adapted, attitude_loop, rate_loop, torque_demand
+from cubli_ros.attitude import (
+    body_rates,
+    cardan_from_quaternion,
+    gravity_torque,
+    is_known,
+    level_gravity,
+)
+from cubli_ros.funnel import attitude_bound, rate_bound, rearm, transformed_error
 from cubli_ros.reference import reference
+from cubli_ros.sampled_appc import sampled_law
 from flight_graph.components.component import Component
-from flight_graph.components.records import Array, Choice, Parameters, State, Vec3, field
+from flight_graph.components.records import Choice, Parameters, State, field
 from flight_graph.errors import FlightError
-from flight_graph.kernel import kernel
 from flight_graph.timebase import SECOND
+from flight_math import Mat3, Vec3, clip, elementwise, kernel, rotate_back, same, sign, sincos, smallest
 from msg_schemas import cubli
 
-EXPLICIT, IMPLICIT = 0, 1
+EXPLICIT = 0
 OUTSIDE_ATTITUDE, OUTSIDE_RATE = 1, 2
 NO_LIMIT = 1e9  # [1] an adaptive gain never comes near it
 
@@ -28,8 +37,8 @@ class RoverModel(Parameters):
     gravity: float = field(0.002, unit="m/s^2", ge=0, source="section 5.2", doc="surface gravity the law reckons with")
     gravity_sign: int = field(1, ge=-1, le=1, source="eq. (4)",
                               doc="+1: inverted pendulum; -1: as printed (hanging)")
-    inertia: Array(3, 3) = field([0.08 / 6, 0, 0, 0, 0.08 / 6, 0, 0, 0, 0.08 / 6], unit="kg m^2",
-                                 source="m l^2 / 6", doc="inertia that turns accelerations into torques")
+    inertia: Mat3 = field([0.08 / 6, 0, 0, 0, 0.08 / 6, 0, 0, 0, 0.08 / 6], unit="kg m^2",
+                          source="m l^2 / 6", doc="inertia that turns accelerations into torques")
     torque_limit: float = field(0.02, unit="N m", gt=0, doc="each wheel's largest torque")
     reference: Vec3 = field(0.0, unit="rad", doc="Cardan angles to hold")
 
@@ -62,7 +71,7 @@ class AppcParameters(RoverModel):
 
 
 class AppcState(State):
-    """Adaptive gains, the attitude funnel's own start, and scratch arrays."""
+    """Adaptive gains, the attitude funnel's own start, the virtual rate of the last sample, counters."""
 
     begun: bool
     adaptive_a: Vec3
@@ -70,154 +79,84 @@ class AppcState(State):
     start_bound: Vec3
     start_time: Vec3
     virtual_rate: Vec3
-    angles: Vec3
-    omega: Vec3
     first: Vec3
-    reference: Vec3
-    reference_rate: Vec3
-    part: Vec3
     feasible_lambda_a: Vec3
-    cap: Vec3
-    attitude_error: Vec3
-    attitude_bound: Vec3
-    attitude_xi: Vec3
-    attitude_epsilon: Vec3
-    rate_error: Vec3
-    rate_bound: Vec3
-    rate_xi: Vec3
-    rate_epsilon: Vec3
-    next_attitude_bound: Vec3
-    next_rate_bound: Vec3
-    predicted: Vec3
-    acceleration: Vec3
-    gravity: Vec3
-    gravity_torque: Vec3
-    demand: Vec3
-    rearmed: float
-    outside: float
-    clipped: float
+    rearmed: int
+    outside: int
+    clipped: int
 
 
 @kernel
 def start(p, x):
-    for i in range(3):
-        x.start_bound[i] = p.rho_a0[i]
-        x.cap[i] = 1.0
-        x.gravity[i] = -p.gravity / math.sqrt(3.0)
-        x.first[i] = p.reference_initial[i]
+    x.start_bound = p.rho_a0
+    x.first = p.reference_initial
 
 
 @kernel
-def explicit_errors(p, x):
-    """Errors and demand of the printed law at the bounds in x."""
-    appc.attitude_loop(x.angles, x.reference, x.reference_rate, x.attitude_bound, p.lambda_a, p.k_a, x.adaptive_a,
-                       p.smoothing, x.cap, x.attitude_error, x.attitude_xi, x.attitude_epsilon, x.virtual_rate)
-    appc.rate_loop(x.omega, x.virtual_rate, x.rate_bound, p.lambda_u, p.k_u, x.adaptive_u, p.smoothing, x.cap,
-                   x.rate_error, x.rate_xi, x.rate_epsilon, x.acceleration)
-
-
-@kernel
-def implicit_errors(t, p, x):
-    """Errors against the rate chosen one sample ago, and the demand for the sample ahead."""
-    appc.normalise(x.angles, x.reference, x.attitude_bound, x.attitude_error, x.attitude_xi)
-    appc.normalise(x.omega, x.virtual_rate, x.rate_bound, x.rate_error, x.rate_xi)
-    appc.attitude_bounds(t + p.period, x.start_bound, x.start_time, p.rho_a_inf, p.l_a, x.next_attitude_bound)
-    appc.rate_bounds(t + p.period, p.rho_u0, p.rho_u_inf, p.l_u, x.next_rate_bound)
-    reference(p.reference_form, t + p.period, x.first, p.reference, p.reference_rate, p.reference_duration, x.reference,
-              x.reference_rate)
-    appc.implicit_attitude_loop(x.angles, x.omega, x.reference, x.reference_rate, x.next_attitude_bound, p.lambda_a,
-                                p.k_a, x.adaptive_a, p.period, x.predicted, x.attitude_epsilon, x.virtual_rate)
-    appc.implicit_rate_loop(x.omega, x.virtual_rate, x.next_rate_bound, p.lambda_u, p.k_u, x.adaptive_u, p.period,
-                            x.rate_epsilon, x.acceleration)
-
-
-@kernel
-def largest_gain(p, x):
-    """Largest lambda_a, by a common factor, with |xi_u| < 1 at the start (v_a = 0): zero when none is small enough.
-
-    e_u = e_0 + factor G^-1 lambda_a eps_a, eq. (12) and (15).
-    """
-    x.part[0], x.part[1], x.part[2] = body_rates(
-        x.angles, p.lambda_a[0] * x.attitude_epsilon[0], p.lambda_a[1] * x.attitude_epsilon[1],
-        p.lambda_a[2] * x.attitude_epsilon[2])
-    factor = math.inf
-    for i in range(3):
-        rest = x.rate_error[i] - x.part[i]
-        if abs(rest) >= x.rate_bound[i]:
-            factor = 0.0
-        elif x.part[i] > 0.0:
-            factor = min(factor, (x.rate_bound[i] - rest) / x.part[i])
-        elif x.part[i] < 0.0:
-            factor = min(factor, (x.rate_bound[i] + rest) / -x.part[i])
-    for i in range(3):
-        x.feasible_lambda_a[i] = factor * p.lambda_a[i]
-
-
-@kernel
-def appc_kernel(t_ns, p, x, attitude, command, funnels):
+def appc_kernel(t_ns, p, x, attitude, command, funnel):
     """Eq. (10)-(16): attitude -> torque of the three wheels [N m]. Zero torque until a first attitude is there."""
-    if attitude.header.stamp.sec == 0 or attitude.orientation_covariance[0] < 0.0:
-        for i in range(3):
-            command.effort[i] = 0.0
+    if not is_known(attitude):
+        command.effort = same(0.0)
         return
     t = t_ns / SECOND
-    cardan_from_quaternion(attitude.orientation, x.angles)
-    for i in range(3):
-        x.omega[i] = attitude.angular_velocity[i]
-        if p.reference_capture and not x.begun:
-            x.first[i] = x.angles[i]
-    reference(p.reference_form, t, x.first, p.reference, p.reference_rate, p.reference_duration, x.reference,
-              x.reference_rate)
-    for i in range(3):
-        x.attitude_error[i] = x.angles[i] - x.reference[i]
+    angles, omega = cardan_from_quaternion(attitude.orientation), attitude.angular_velocity
+    turn = sincos(angles)
+    if p.reference_capture and not x.begun:
+        x.first = angles
+    target, target_rate = reference(p, x.first, t)
+    error_a = angles - target  # (10)
     if p.rearm:
-        x.rearmed += funnel.rearm(t, x.attitude_error, p.rho_a_inf, p.l_a, x.start_bound, x.start_time)
-    appc.attitude_bounds(t, x.start_bound, x.start_time, p.rho_a_inf, p.l_a, x.attitude_bound)
-    appc.rate_bounds(t, p.rho_u0, p.rho_u_inf, p.l_u, x.rate_bound)
+        rearm(p, x, t, error_a)
+    bound_a, bound_u = attitude_bound(p, x, t), rate_bound(p, t)
+    xi_a = error_a / bound_a
     if p.law == EXPLICIT or not x.begun:
-        explicit_errors(p, x)
-    if p.law == IMPLICIT:
-        implicit_errors(t, p, x)
-    outside = False
-    for i in range(3):
-        if abs(x.attitude_xi[i]) >= 1.0:
-            outside = True
-            if not x.begun and not p.rearm:
-                x.fault = OUTSIDE_ATTITUDE
-        if abs(x.rate_xi[i]) >= 1.0:
-            outside = True
-            if not x.begun and not p.rearm and x.fault == 0:
-                x.fault = OUTSIDE_RATE
-                largest_gain(p, x)
+        epsilon_a, x.virtual_rate = attitude_loop(p, x, turn, xi_a, target_rate)  # (11), (15)
+    error_u = omega - x.virtual_rate  # (12)
+    xi_u = error_u / bound_u
+    if not x.begun and not p.rearm:
+        check_start(p, x, turn, xi_a, error_u, bound_u)
+    if p.law == EXPLICIT:
+        epsilon_u, acceleration = rate_loop(p, x, xi_u)  # (16)
+    else:
+        epsilon_a, epsilon_u, acceleration = sampled_law(p, x, t, angles, turn, omega)
     x.begun = True
-    gravity_torque(x.angles, x.gravity, p.gravity_sign, p.mass, p.length, x.gravity_torque)
-    appc.torque_demand(p.inertia, x.acceleration, x.gravity_torque, p.feed_forward, x.demand)
-    clipped = appc.limit_torque(x.demand, p.torque_limit, command.effort)
-    if outside:
-        x.outside += 1.0
-    if clipped:
-        x.clipped += 1.0
-    report(x, command, funnels)
-    appc.adapt(p.period, p.eta_a, x.attitude_epsilon, x.attitude_xi, clipped, p.adaptive_a_limit, x.adaptive_a)
-    appc.adapt(p.period, p.eta_u, x.rate_epsilon, x.rate_xi, clipped, p.adaptive_u_limit, x.adaptive_u)
+    gravity = rotate_back(attitude.orientation, level_gravity(p))
+    demand = torque_demand(p, acceleration, gravity_torque(p, gravity))
+    torque = clip(demand, -p.torque_limit, p.torque_limit)
+    clipped = any(torque != demand)
+    x.outside += any(abs(xi_a) >= 1.0) or any(abs(xi_u) >= 1.0)
+    x.clipped += clipped
+    command.effort = torque
+    funnel.attitude_error, funnel.attitude_bound, funnel.attitude_xi = error_a, bound_a, xi_a
+    funnel.rate_error, funnel.rate_bound, funnel.rate_xi = error_u, bound_u, xi_u
+    funnel.adaptive_a, funnel.adaptive_u = x.adaptive_a, x.adaptive_u
+    funnel.torque_demand, funnel.torque = demand, torque
+    funnel.rearmed, funnel.outside, funnel.clipped = x.rearmed, x.outside, x.clipped
+    if not clipped:  # a clipped torque says nothing about the disturbance
+        x.adaptive_a = adapted(p.period, x.adaptive_a, p.eta_a, epsilon_a, xi_a, p.adaptive_a_limit)
+        x.adaptive_u = adapted(p.period, x.adaptive_u, p.eta_u, epsilon_u, xi_u, p.adaptive_u_limit)
 
 
 @kernel
-def report(x, command, funnels):
-    for i in range(3):
-        funnels.attitude_error[i] = x.attitude_error[i]
-        funnels.attitude_bound[i] = x.attitude_bound[i]
-        funnels.attitude_xi[i] = x.attitude_xi[i]
-        funnels.rate_error[i] = x.rate_error[i]
-        funnels.rate_bound[i] = x.rate_bound[i]
-        funnels.rate_xi[i] = x.rate_xi[i]
-        funnels.adaptive_a[i] = x.adaptive_a[i]
-        funnels.adaptive_u[i] = x.adaptive_u[i]
-        funnels.torque_demand[i] = x.demand[i]
-        funnels.torque[i] = command.effort[i]
-    funnels.rearmed = x.rearmed
-    funnels.outside = x.outside
-    funnels.clipped = x.clipped
+def check_start(p, x, turn, xi_a, error_u, bound_u):
+    """A first sample outside of a funnel is a fault; x.feasible_lambda_a is the gain that would do.
+
+    With v_a = 0, e_u = e_0 + G^-1 lambda_a eps_a, eq. (12) and (15): lambda_a by the largest common factor.
+    """
+    if any(abs(xi_a) >= 1.0):
+        x.fault = OUTSIDE_ATTITUDE
+    elif any(abs(error_u / bound_u) >= 1.0):
+        x.fault = OUTSIDE_RATE
+        part = body_rates(turn, p.lambda_a * transformed_error(xi_a))
+        x.feasible_lambda_a = smallest(largest_factor(part, error_u - part, bound_u)) * p.lambda_a
+
+
+@elementwise
+def largest_factor(part, rest, bound):
+    """Largest factor with |rest + factor part| < bound: zero when none is small enough."""
+    if abs(rest) >= bound:
+        return 0.0
+    return math.inf if part == 0.0 else (bound - sign(part) * rest) / abs(part)
 
 
 class AppcController(Component):

@@ -2,9 +2,11 @@
 
 from cubli_ros import attitude_filter
 from flight_graph.components.component import Component, same_stamp
-from flight_graph.components.records import Array, Parameters, State, Vec3, field
-from flight_graph.kernel import kernel
+from flight_graph.components.records import Parameters, State, field
+from flight_math import Mat3, Quaternion, Vec, Vec3, diagonal, kernel, row_by_row, same
 from msg_schemas import cubli
+
+NO_ORIENTATION = Vec(9)(-1.0, *[0.0] * 8)  # [-] orientation_covariance of sensor_msgs/Imu: there is no orientation yet
 
 
 class AttitudeEstimatorParameters(Parameters):
@@ -16,16 +18,19 @@ class AttitudeEstimatorParameters(Parameters):
 
 
 class AttitudeEstimatorState(State):
+    """Reference attitude and bias, the blocks of the error's covariance, the last gyro sample and measurement."""
+
     begun: bool
-    quaternion: Array(4)
+    quaternion: Quaternion
     bias: Vec3
-    covariance: Array(6, 6)
+    attitude_covariance: Mat3
+    cross_covariance: Mat3
+    bias_covariance: Mat3
     gyro_before: Vec3
     innovation: Vec3
     innovation_squared: float
-    accepted: float
-    rejected: float
-    work: Array(3, 6, 6)
+    accepted: int
+    rejected: int
 
 
 @kernel
@@ -33,47 +38,42 @@ def estimate(t_ns, p, x, imu, star_tracker, attitude, telemetry):
     fresh = same_stamp(star_tracker.header.stamp, attitude.header.stamp)
     if not x.begun:
         if fresh:
-            attitude_filter.start(star_tracker.quaternion, p.star_tracker_sigma, p.initial_bias_sigma, x.quaternion,
-                                  x.bias, x.covariance)
+            attitude_filter.start(p, x, star_tracker.quaternion)
             x.begun = True
-            x.accepted = 1.0
+            x.accepted = 1
     else:
-        attitude_filter.predict(x.quaternion, x.bias, x.covariance, x.gyro_before, imu.angular_velocity, p.period,
-                                p.gyro_sigma, p.gyro_walk_sigma, x.work)
+        attitude_filter.predict(p, x, imu.angular_velocity)
         if fresh:
-            x.innovation_squared, accepted = attitude_filter.update(
-                x.quaternion, x.bias, x.covariance, star_tracker.quaternion, p.star_tracker_sigma, p.gate, x.innovation,
-                x.work)
-            if accepted:
-                x.accepted += 1.0
+            if attitude_filter.update(p, x, star_tracker.quaternion):
+                x.accepted += 1
             else:
-                x.rejected += 1.0
-    publish(p, x, imu, attitude, telemetry)
+                x.rejected += 1
+    x.gyro_before = imu.angular_velocity
+    attitude.angular_velocity = imu.angular_velocity - x.bias
+    attitude.linear_acceleration = imu.linear_acceleration
+    if x.begun:
+        attitude.orientation = x.quaternion
+        write_covariances(p, x, attitude, telemetry)
+    else:
+        attitude.orientation = Quaternion(0.0, 0.0, 0.0, 1.0)
+        attitude.orientation_covariance = NO_ORIENTATION
+    telemetry.bias, telemetry.innovation = x.bias, x.innovation
+    telemetry.innovation_squared = x.innovation_squared
+    telemetry.accepted, telemetry.rejected = x.accepted, x.rejected
 
 
 @kernel
-def publish(p, x, imu, attitude, telemetry):
+def write_covariances(p, x, attitude, telemetry):
+    """Covariances of attitude and rate into the estimate; the whole of the error's, row by row, into the telemetry."""
+    attitude.orientation_covariance = row_by_row(x.attitude_covariance)
+    attitude.angular_velocity_covariance = row_by_row(
+        x.bias_covariance + diagonal(same(p.gyro_sigma * p.gyro_sigma)))
     for i in range(3):
-        x.gyro_before[i] = imu.angular_velocity[i]
-        attitude.angular_velocity[i] = imu.angular_velocity[i] - x.bias[i]
-        attitude.linear_acceleration[i] = imu.linear_acceleration[i]
-        telemetry.bias[i] = x.bias[i]
-        telemetry.innovation[i] = x.innovation[i]
         for j in range(3):
-            attitude.orientation_covariance[3 * i + j] = x.covariance[i, j]
-            attitude.angular_velocity_covariance[3 * i + j] = x.covariance[3 + i, 3 + j]
-        attitude.angular_velocity_covariance[4 * i] += p.gyro_sigma * p.gyro_sigma
-    for i in range(4):
-        attitude.orientation[i] = x.quaternion[i]
-    for i in range(6):
-        for j in range(6):
-            telemetry.covariance[6 * i + j] = x.covariance[i, j]
-    telemetry.innovation_squared = x.innovation_squared
-    telemetry.accepted = x.accepted
-    telemetry.rejected = x.rejected
-    if not x.begun:
-        attitude.orientation[3] = 1.0
-        attitude.orientation_covariance[0] = -1.0  # [-] sensor_msgs/Imu: no orientation yet
+            telemetry.covariance[6 * i + j] = x.attitude_covariance[i, j]
+            telemetry.covariance[6 * i + j + 3] = x.cross_covariance[i, j]
+            telemetry.covariance[6 * i + j + 18] = x.cross_covariance[j, i]
+            telemetry.covariance[6 * i + j + 21] = x.bias_covariance[i, j]
 
 
 class AttitudeEstimator(Component):

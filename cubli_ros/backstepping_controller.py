@@ -4,11 +4,13 @@ Source: Aerospace 2022, 9(11), 728, section 5.4, which gives neither equation no
 `cubli_ros.backstepping`.
 """
 
+from cubli_ros.appc import torque_demand
+from cubli_ros.attitude import is_known
 from cubli_ros.backstepping import backstepping
-from cubli_ros.pd_controller import BaselineParameters, BaselineState, PdController, act, measure, start
+from cubli_ros.pd_controller import BaselineParameters, PdController, act, measured
 from flight_graph.components.component import Component
 from flight_graph.components.records import field
-from flight_graph.kernel import kernel
+from flight_math import kernel
 from msg_schemas import cubli
 
 
@@ -21,19 +23,18 @@ class BacksteppingParameters(BaselineParameters):
 @kernel
 def backstepping_kernel(t_ns, p, x, attitude, command, tracking):
     """u = I (-G^T e - c2 (omega - alpha) + alpha') - f M_g [N m]; zero torque until a first attitude is there."""
-    if measure(p, x, attitude):
-        for i in range(3):
-            x.gravity_torque[i] *= p.feed_forward
-        backstepping(x.angles, x.error, x.omega, p.c1, p.c2, p.inertia, x.gravity_torque, x.demand, x.virtual_rate)
-    act(p, x, command, tracking)
+    if is_known(attitude):
+        turn, error, omega, moment = measured(p, attitude)
+        virtual_rate, acceleration = backstepping(p, turn, error, omega)
+        act(p, torque_demand(p, acceleration, moment), error, virtual_rate, command, tracking)
 
 
 class BacksteppingController(Component):
     """Backstepping control of the Cubli rover's attitude."""
 
-    parameters, state = BacksteppingParameters, BaselineState
+    parameters = BacksteppingParameters
     inputs = {"attitude": cubli.ATTITUDE}
     outputs = {"command": cubli.COMMAND, "tracking": cubli.TRACKING}
     rate_hz = 100.0
-    start, kernel = start, backstepping_kernel
+    kernel = backstepping_kernel
     check = PdController.check

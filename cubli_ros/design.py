@@ -23,7 +23,7 @@ from cubli_ros import jump_condition
 from cubli_ros.design_site import Rover, Site, check, contact, disturbance_friction, norms, path
 from cubli_ros.reference import CRITICALLY_DAMPED, MINIMUM_JERK
 from flight_graph.errors import FlightError
-from flight_graph.kernel import plain
+from flight_math import plain
 
 RULES = ("A", "B", "best")
 RATES_HZ = (20, 25, 50, 100, 200, 250, 500, 1000, 2000, 5000, 10000)

@@ -9,15 +9,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cubli_ros import jump_condition
 from cubli_ros.attitude import body_rates, cardan_rates, to_body
 from cubli_ros.reference import MINIMUM_JERK, shape
 from flight_graph.errors import FlightError
-from flight_graph.kernel import plain
+from flight_math import Vec3, plain, sincos
 
 PHASINGS = {"equal": (0.0, 0.0, 0.0), "120": (0.0, 2.0 * math.pi / 3.0, 4.0 * math.pi / 3.0)}  # [rad]
 POINTS = 241  # along a reference
 SIDES = 24  # azimuths of a slope
+AXES = (Vec3(1.0, 0.0, 0.0), Vec3(0.0, 1.0, 0.0), Vec3(0.0, 0.0, 1.0))
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Rover:
     @property
     def start_tilt(self) -> float:
         """Angle between the body diagonal and up at the start [rad]."""
-        up = plain(to_body)(self.start, 1.0, 1.0, 1.0)
+        up = plain(to_body)(sincos(Vec3(*self.start)), Vec3(1.0, 1.0, 1.0))
         return math.acos(min(1.0, sum(up) / 3.0))
 
 
@@ -90,13 +90,17 @@ def path(rover: Rover, form: int, settled_at: float = 0.008) -> Path:
     s, s1, s2 = np.array([plain(shape)(form, t, 1.0, 1.0) for t in times]).T
     first = np.array(rover.start)
 
+    def turn_at(at):
+        return sincos(Vec3(*first * at))
+
     def rate(at):
-        return np.array(plain(body_rates)(first * at, *first))
+        return np.array(plain(body_rates)(turn_at(at), Vec3(*first)))
 
     step = 1.0e-5  # [-] of s, for the derivative
     turn = np.array([rate(at) for at in s]).T
     bend = np.array([(rate(at + step) - rate(at - step)) / (2.0 * step) for at in s]).T
-    up = np.array([plain(to_body)(first * at, *[1.0 / math.sqrt(3.0)] * 3) for at in s]).T
+    upright = Vec3(*[1.0 / math.sqrt(3.0)] * 3)
+    up = np.array([plain(to_body)(turn_at(at), upright) for at in s]).T
     outside = np.flatnonzero(s * np.abs(first).max() > settled_at)
     return Path(s1, s2, turn, bend, up, float(times[outside[-1]]) if len(outside) else 0.0)
 
@@ -105,8 +109,7 @@ def contact(rover: Rover, site: Site, along: Path, scale: float) -> dict:
     """Friction ratio, normal force [m g], rates [rad/s] along a reference of time scale `scale` [s], worst side up."""
     omega = along.turn * along.s1 / scale
     omega_dot = (along.turn * along.s2 + along.bend * along.s1**2) / scale**2
-    acceleration = np.array(plain(jump_condition.centre_acceleration)(omega, omega_dot, rover.length))
-    force = acceleration / site.gravity + along.up
+    force = centre_acceleration(rover, omega, omega_dot) / site.gravity + along.up
     east = np.cross(along.up.T, [1.0, -1.0, 0.0]).T
     east /= np.linalg.norm(east, axis=0)
     north = np.cross(along.up.T, east.T).T
@@ -122,16 +125,19 @@ def contact(rover: Rover, site: Site, along: Path, scale: float) -> dict:
             "across": float(np.linalg.norm(across, axis=0).max())}
 
 
+def centre_acceleration(rover: Rover, omega: np.ndarray, omega_dot: np.ndarray) -> np.ndarray:
+    """`jump_condition.centre_acceleration` (3, n) [m/s^2] of whole arrays of rates and their derivatives (3, n)."""
+    arm = np.full((3, 1), 0.5 * rover.length)
+    return np.cross(omega_dot, arm, axis=0) + np.cross(omega, np.cross(omega, arm, axis=0), axis=0)
+
+
 def disturbance_friction(rover: Rover, site: Site) -> float:
     """Friction ratio that the disturbance needs at its largest, before anything compensates it; upright rover."""
     phases = np.array(PHASINGS[site.phasing])
     scale = rover.mass * rover.length**2 / 6.0
     gain = scale * np.linalg.inv(rover.inertia)
-    largest = 0.0
-    for angle in np.linspace(0.0, math.pi, 60):
-        acceleration = gain @ (site.disturbance * np.sin(angle + phases))
-        x, y, z = plain(jump_condition.centre_acceleration)(np.zeros(3), acceleration, rover.length)
-        largest = max(largest, math.sqrt(x * x + y * y + z * z))
+    turning = gain @ (site.disturbance * np.sin(np.linspace(0.0, math.pi, 60) + phases[:, None]))
+    largest = float(np.linalg.norm(centre_acceleration(rover, np.zeros_like(turning), turning), axis=0).max())
     return largest / (site.gravity * math.cos(site.tilt)) if largest > 1e-12 else 0.0  # [m/s^2] rounding
 
 
@@ -140,9 +146,8 @@ def norms(rover: Rover, reach: float) -> tuple:
     largest = [0.0, 0.0, 0.0]
     for theta in np.linspace(-reach, reach, 21):
         for psi in np.linspace(-reach, reach, 21):
-            angles = np.array([0.0, theta, psi])
-            forward = np.array([plain(cardan_rates)(angles, *unit) for unit in np.eye(3)]).T
-            inverse = np.array([plain(body_rates)(angles, *unit) for unit in np.eye(3)]).T
+            turn = sincos(Vec3(0.0, theta, psi))
+            forward, inverse = (np.array([plain(law)(turn, axis) for axis in AXES]).T for law in (cardan_rates, body_rates))
             found = (np.abs(forward).sum(axis=1).max(), np.abs(inverse).sum(axis=1).max(), np.linalg.norm(inverse, 2))
             largest = [max(pair) for pair in zip(largest, found)]
     return tuple(map(float, largest))

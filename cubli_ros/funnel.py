@@ -8,7 +8,7 @@ The error e lives in the funnel |e| < rho; xi = e / rho, and eps = xi / (1 - xi^
 
 import math
 
-from flight_graph.kernel import kernel
+from flight_math import count, elementwise, exp, kernel, maximum, minimum, sign, tanh, where
 
 MAXIMUM_ITERATIONS = 80  # [-] more than any b, c of ordinary size needs: each doubles eps or the number of right digits
 REARM_THRESHOLD = 0.98  # [-] |xi| at which a bound is widened
@@ -18,26 +18,26 @@ REARM_RATIO = 0.75  # [-] |xi| right after widening
 @kernel
 def performance_bound(elapsed, initial, final, rate):
     """rho(t) = (rho_0 - rho_inf) exp(l t) + rho_inf, in the error's unit; elapsed [s], rate l [1/s] < 0."""
-    return (initial - final) * math.exp(rate * elapsed) + final
+    return (initial - final) * exp(rate * elapsed) + final
 
 
-@kernel
-def transformed_error(xi, cap):
-    """eps = xi / (1 - xi^2), continued linearly (C1) beyond |xi| = cap; cap >= 1 gives the formula as printed.
+@elementwise
+def transformed_error(xi):
+    """eps = xi / (1 - xi^2); outside of the funnel it changes its sign, and the feedback turns positive."""
+    return xi / (1.0 - xi * xi)
 
-    As printed, eps changes sign outside the funnel and the feedback turns positive; a cap below 1 prevents that.
-    """
-    if cap >= 1.0 or abs(xi) <= cap:
+
+@elementwise
+def capped_error(xi, cap):
+    """eps, continued linearly (C1) beyond |xi| = cap < 1, so that the feedback keeps its sign outside of the funnel."""
+    if abs(xi) <= cap:
         return xi / (1.0 - xi * xi)
     room = 1.0 - cap * cap
-    beyond = abs(xi) - cap
-    value = cap / room + beyond * (1.0 + cap * cap) / (room * room)
-    if xi < 0.0:
-        return -value
-    return value
+    value = cap / room + (abs(xi) - cap) * (1.0 + cap * cap) / (room * room)
+    return -value if xi < 0.0 else value
 
 
-@kernel
+@elementwise
 def matched_cap(period, gain, bound, largest):
     """Largest xi_m <= `largest` with h lambda eps'(xi_m) / rho <= 1: the sampled loop is still stable there.
 
@@ -46,25 +46,16 @@ def matched_cap(period, gain, bound, largest):
     ratio = bound / (period * gain)
     if ratio <= 1.0:
         return 0.0
-    cap = math.sqrt((2.0 * ratio + 1.0 - math.sqrt(8.0 * ratio + 1.0)) / (2.0 * ratio))
-    if cap > largest:
-        return largest
-    return cap
+    return minimum(math.sqrt((2.0 * ratio + 1.0 - math.sqrt(8.0 * ratio + 1.0)) / (2.0 * ratio)), largest)
 
 
 @kernel
 def switching_sign(epsilon, smoothing):
     """sgn(eps), with sgn(0) = 0, or tanh(eps / phi) for a smoothing width phi > 0."""
-    if smoothing > 0.0:
-        return math.tanh(epsilon / smoothing)
-    if epsilon > 0.0:
-        return 1.0
-    if epsilon < 0.0:
-        return -1.0
-    return 0.0
+    return tanh(epsilon / smoothing) if smoothing > 0.0 else sign(epsilon)
 
 
-@kernel
+@elementwise
 def implicit_transformed_error(b, c):
     """eps of the sampled funnel: the one root of x(eps) + c eps = b, x = 2 eps / (1 + sqrt(1 + 4 eps^2)), for c > 0.
 
@@ -73,9 +64,7 @@ def implicit_transformed_error(b, c):
     when rounding ends the climb.
     """
     size = abs(b)
-    epsilon = size / (1.0 + c)
-    if (size - 1.0) / c > epsilon:
-        epsilon = (size - 1.0) / c
+    epsilon = maximum(size / (1.0 + c), (size - 1.0) / c)
     for _ in range(MAXIMUM_ITERATIONS):
         root = math.sqrt(1.0 + 4.0 * epsilon * epsilon)
         slope = 2.0 / (root * (1.0 + root)) + c
@@ -83,30 +72,34 @@ def implicit_transformed_error(b, c):
         if not better > epsilon:
             break
         epsilon = better
-    if b < 0.0:
-        return -epsilon
-    return epsilon
+    return -epsilon if b < 0.0 else epsilon
 
 
-@kernel
+@elementwise
 def normalised_error(epsilon):
     """Inverse of the transform: xi in (-1, 1) with eps = xi / (1 - xi^2)."""
     return 2.0 * epsilon / (1.0 + math.sqrt(1.0 + 4.0 * epsilon * epsilon))
 
 
 @kernel
-def rearm(elapsed, error, final, rate, start_bound, start_time):
-    """Widen a bound that the error is about to leave: if |e| / rho >= 0.98, restart it at rho = |e| / 0.75.
+def attitude_bound(p, x, t):
+    """rho_a(t) [rad], each axis from its own start: rho_0 and 0 s unless `rearm` moved them."""
+    return performance_bound(t - x.start_time, x.start_bound, p.rho_a_inf, p.l_a)
 
-    All arrays (3,). start_bound and start_time [s] are the funnel's own initial value and start (rho_0 and 0 at first)
-    and are changed in place. Returns how many axes were widened. Meant for the attitude funnel only: a slow, wide rate
-    funnel loses the attitude.
+
+@kernel
+def rate_bound(p, t):
+    """rho_u(t) [rad/s]."""
+    return performance_bound(t, p.rho_u0, p.rho_u_inf, p.l_u)
+
+
+@kernel
+def rearm(p, x, t, error):
+    """Widen a bound rho_a that the error e_a is about to leave: if |e| / rho >= 0.98, restart it at rho = |e| / 0.75.
+
+    For the attitude funnel only: a slow, wide rate funnel loses the attitude.
     """
-    widened = 0
-    for i in range(3):
-        bound = performance_bound(elapsed - start_time[i], start_bound[i], final[i], rate[i])
-        if abs(error[i]) >= REARM_THRESHOLD * bound:
-            start_bound[i] = abs(error[i]) / REARM_RATIO
-            start_time[i] = elapsed
-            widened += 1
-    return widened
+    near = abs(error) >= REARM_THRESHOLD * attitude_bound(p, x, t)
+    x.start_bound = where(near, abs(error) / REARM_RATIO, x.start_bound)
+    x.start_time = where(near, t, x.start_time)
+    x.rearmed += count(near)

@@ -4,19 +4,17 @@ The criteria are in `cubli_ros.jump_condition`. The contact force comes from the
 is commanded now, without the disturbance, which nobody on board knows.
 """
 
-import math
-
 from cubli_ros import jump_condition
 from cubli_ros.appc_controller import RoverModel
-from cubli_ros.attitude import cardan_from_quaternion, diagonal_torque, invert_3x3, to_body
+from cubli_ros.attitude import gravity_torque, is_known, level_gravity
 from flight_graph.components.component import Component, Formatted
-from flight_graph.components.records import Array, State, Vec3, field
-from flight_graph.kernel import kernel
-from flight_graph.vectors import matrix_vector
+from flight_graph.components.records import State, field
+from flight_math import cos, inverse, kernel, largest, maximum, minimum, norm, rotate_back
 from msg_schemas import cubli
 from msg_schemas.definitions import TYPESTORE
 
-OK, WARNING, ERROR = 0, 1, 2
+STATUS_PERIOD_NS = 100_000_000  # [ns] 10 Hz
+OK, WARNING, ERROR = 0.0, 1.0, 2.0
 _TEXTS = ("clear of jumping", "close to jumping", "jump condition violated")
 
 
@@ -28,12 +26,8 @@ class JumpMonitorParameters(RoverModel):
 
 
 class JumpMonitorState(State):
-    angles: Vec3
-    torque: Vec3
-    accelerations: Vec3
-    gravity: Vec3
-    up: Vec3
-    inverse: Array(3, 3)
+    """Verdict, and the extremes since the last one."""
+
     level: float
     axis_margin: float = 1.0
     across_margin: float = 1.0
@@ -42,59 +36,39 @@ class JumpMonitorState(State):
 
 
 @kernel
-def start(p, x):
-    invert_3x3(p.inertia, x.inverse)
-
-
-@kernel
 def monitor(t_ns, p, x, attitude, command, margins, status):
-    known = attitude.header.stamp.sec != 0 and attitude.orientation_covariance[0] >= 0.0
-    if known:
-        measure(p, x, attitude, command, margins)
-        x.axis_margin = min(x.axis_margin, margins.axis_margin)
-        x.across_margin = min(x.across_margin, margins.across_margin)
-        x.normal_force = min(x.normal_force, margins.normal_force)
-        x.friction_ratio = max(x.friction_ratio, margins.friction_ratio)
+    if is_known(attitude):
+        measure(p, attitude, command, margins)
+        x.axis_margin = minimum(x.axis_margin, margins.axis_margin)
+        x.across_margin = minimum(x.across_margin, margins.across_margin)
+        x.normal_force = minimum(x.normal_force, margins.normal_force)
+        x.friction_ratio = maximum(x.friction_ratio, margins.friction_ratio)
     if t_ns % STATUS_PERIOD_NS == 0:
-        judge(p, x)
+        x.level = judged(p, x)
         status.level = x.level
-        status.axis_margin = x.axis_margin
-        status.across_margin = x.across_margin
-        status.normal_force = x.normal_force
-        status.friction_ratio = x.friction_ratio
-        x.axis_margin = 1.0
-        x.across_margin = 1.0
-        x.normal_force = 1.0
-        x.friction_ratio = 0.0
+        status.axis_margin, status.across_margin = x.axis_margin, x.across_margin
+        status.normal_force, status.friction_ratio = x.normal_force, x.friction_ratio
+        x.axis_margin, x.across_margin, x.normal_force, x.friction_ratio = 1.0, 1.0, 1.0, 0.0
 
 
 @kernel
-def measure(p, x, attitude, command, margins):
+def measure(p, attitude, command, margins):
     """Rates against their limits, and the contact force, from the estimate and the commanded torque."""
-    cardan_from_quaternion(attitude.orientation, x.angles)
-    part = -p.gravity / math.sqrt(3.0)
-    x.gravity[0], x.gravity[1], x.gravity[2] = to_body(x.angles, part, part, part)
-    m_x, m_y, m_z = diagonal_torque(
-        float(p.gravity_sign), p.mass, p.length, x.gravity[0], x.gravity[1], x.gravity[2])
-    x.accelerations[0], x.accelerations[1], x.accelerations[2] = matrix_vector(
-        x.inverse, m_x + command.effort[0], m_y + command.effort[1], m_z + command.effort[2])
-    omega = attitude.angular_velocity
-    cosine = math.cos(p.tilt)
+    omega, cosine = attitude.angular_velocity, cos(p.tilt)
     margins.planar_limit = jump_condition.planar_rate_limit(p.gravity, p.length, cosine)
     margins.corner_limit = jump_condition.corner_rate_limit(p.gravity, p.length, cosine)
-    margins.axis_rate = jump_condition.largest_axis_rate(omega)
-    margins.rate_norm = jump_condition.rate_norm(omega)
+    margins.axis_rate = largest(abs(omega))
+    margins.rate_norm = norm(omega)
     margins.rate_across = jump_condition.rate_across_diagonal(omega)
     margins.axis_margin = margin(margins.axis_rate, margins.planar_limit)
     margins.norm_margin = margin(margins.rate_norm, margins.planar_limit)
     margins.across_margin = margin(margins.rate_across, margins.corner_limit)
-    margins.normal_force = 0.0
-    margins.friction_ratio = jump_condition.LOST_CONTACT_RATIO
+    margins.normal_force, margins.friction_ratio = 0.0, jump_condition.LOST_CONTACT_RATIO
     if p.gravity > 0.0:
-        for i in range(3):
-            x.up[i] = -x.gravity[i] / p.gravity
+        gravity = rotate_back(attitude.orientation, level_gravity(p))
+        acceleration = inverse(p.inertia) @ (gravity_torque(p, gravity) + command.effort)
         margins.normal_force, _, margins.friction_ratio = jump_condition.contact(
-            omega, x.accelerations, x.gravity, x.up, p.length)
+            omega, acceleration, gravity, -gravity / p.gravity, p.length)
 
 
 @kernel
@@ -106,20 +80,14 @@ def margin(rate, limit):
 
 
 @kernel
-def judge(p, x):
+def judged(p, x):
     """Error when a criterion is violated, warning near it, and back to ok only above the clear margin."""
-    smallest = min(x.axis_margin, x.across_margin, x.normal_force, 1.0 - x.friction_ratio / p.friction)
-    if smallest < 0.0:
-        x.level = ERROR
-    elif smallest < p.warn_margin:
-        x.level = WARNING
-    elif smallest > p.clear_margin or x.level == OK:
-        x.level = OK
-    else:
-        x.level = WARNING
-
-
-STATUS_PERIOD_NS = 100_000_000  # [ns] 10 Hz
+    margin = minimum(minimum(x.axis_margin, x.across_margin), minimum(x.normal_force, 1.0 - x.friction_ratio / p.friction))
+    if margin < 0.0:
+        return ERROR
+    if margin < p.warn_margin:
+        return WARNING
+    return OK if margin > p.clear_margin or x.level == OK else WARNING
 
 
 def diagnostics(record):
@@ -141,5 +109,5 @@ class JumpMonitor(Component):
     outputs = {"margins": cubli.JUMP_MARGINS, "status": cubli.JUMP_STATUS}
     output_rate_hz = {"status": 10.0}
     rate_hz = 100.0
-    start, kernel = start, monitor
+    kernel = monitor
     formatted = (Formatted("diagnostics", "diagnostic_msgs/msg/DiagnosticArray", "status", diagnostics),)

@@ -4,19 +4,10 @@ Source: Aerospace 2022, 9(11), 728, section 5.4, which names the law but gives n
 make the figures' shape; other gains change the ranking (kp = 0.3, kd = 1 spends less effort than APPC).
 """
 
-from flight_graph.kernel import kernel
-from flight_graph.vectors import matrix_vector
+from flight_math import kernel
 
 
 @kernel
-def proportional_derivative(error, omega, proportional_gain, derivative_gain, inertia, out):
-    """u = I (-k_p e - k_d omega) [N m], no gravity compensation.
-
-    error e (3,) [rad] of the Cardan angles, omega (3,) [rad/s], gains (3,) [1/s^2], [1/s], inertia (3, 3) [kg m^2].
-    """
-    out[0], out[1], out[2] = matrix_vector(
-        inertia,
-        -proportional_gain[0] * error[0] - derivative_gain[0] * omega[0],
-        -proportional_gain[1] * error[1] - derivative_gain[1] * omega[1],
-        -proportional_gain[2] * error[2] - derivative_gain[2] * omega[2],
-    )
+def proportional_derivative(p, error, omega):
+    """Angular acceleration -k_p e - k_d omega [rad/s^2]; error e [rad] of the Cardan angles, omega [rad/s]."""
+    return -p.kp * error - p.kd * omega

@@ -3,16 +3,14 @@
 Source: Aerospace 2022, 9(11), 728, section 5.4, which gives no gains; the law is in `cubli_ros.pd`.
 """
 
-import math
-
-from cubli_ros import appc
+from cubli_ros.appc import torque_demand
 from cubli_ros.appc_controller import RoverModel
-from cubli_ros.attitude import cardan_from_quaternion, gravity_torque
+from cubli_ros.attitude import cardan_from_quaternion, gravity_torque, is_known, level_gravity
 from cubli_ros.pd import proportional_derivative
 from flight_graph.components.component import Component
-from flight_graph.components.records import State, Vec3, field
+from flight_graph.components.records import field
 from flight_graph.errors import FlightError
-from flight_graph.kernel import kernel
+from flight_math import Vec3, clip, kernel, rotate_back, same, sincos
 from msg_schemas import cubli
 
 
@@ -27,66 +25,39 @@ class PdParameters(BaselineParameters):
     kd: Vec3 = field(1.0, unit="1/s", ge=0, source="section 5.4 gives none", doc="gain on the body rate")
 
 
-class BaselineState(State):
-    """Scratch arrays."""
-
-    angles: Vec3
-    omega: Vec3
-    error: Vec3
-    virtual_rate: Vec3
-    gravity: Vec3
-    gravity_torque: Vec3
-    demand: Vec3
+@kernel
+def measured(p, attitude):
+    """The angles' sincos, the error of the angles [rad], the body rates [rad/s] and the moment of gravity M_g [N m]."""
+    angles = cardan_from_quaternion(attitude.orientation)
+    gravity = rotate_back(attitude.orientation, level_gravity(p))
+    return sincos(angles), angles - p.reference, attitude.angular_velocity, gravity_torque(p, gravity)
 
 
 @kernel
-def start(p, x):
-    for i in range(3):
-        x.gravity[i] = -p.gravity / math.sqrt(3.0)
-
-
-@kernel
-def measure(p, x, attitude):
-    """Angles, rates and error into the state, and the gravity torque there. False until a first attitude is there."""
-    if attitude.header.stamp.sec == 0 or attitude.orientation_covariance[0] < 0.0:
-        return False
-    cardan_from_quaternion(attitude.orientation, x.angles)
-    for i in range(3):
-        x.omega[i] = attitude.angular_velocity[i]
-        x.error[i] = x.angles[i] - p.reference[i]
-    gravity_torque(x.angles, x.gravity, p.gravity_sign, p.mass, p.length, x.gravity_torque)
-    return True
-
-
-@kernel
-def act(p, x, command, tracking):
-    """The demand in x, limited, as the command; and what is to be told of it."""
-    appc.limit_torque(x.demand, p.torque_limit, command.effort)
-    for i in range(3):
-        tracking.attitude_error[i] = x.error[i]
-        tracking.virtual_rate[i] = x.virtual_rate[i]
-        tracking.torque_demand[i] = x.demand[i]
-        tracking.torque[i] = command.effort[i]
+def act(p, demand, error, virtual_rate, command, tracking):
+    """The demand [N m], limited, as the command; and what is to be told of it."""
+    command.effort = clip(demand, -p.torque_limit, p.torque_limit)
+    tracking.attitude_error, tracking.virtual_rate = error, virtual_rate
+    tracking.torque_demand, tracking.torque = demand, command.effort
 
 
 @kernel
 def pd_kernel(t_ns, p, x, attitude, command, tracking):
     """u = I (-kp e - kd omega) - f M_g [N m]; zero torque until a first attitude is there."""
-    if measure(p, x, attitude):
-        proportional_derivative(x.error, x.omega, p.kp, p.kd, p.inertia, x.demand)
-        for i in range(3):
-            x.demand[i] -= p.feed_forward * x.gravity_torque[i]
-    act(p, x, command, tracking)
+    if is_known(attitude):
+        _, error, omega, moment = measured(p, attitude)
+        demand = torque_demand(p, proportional_derivative(p, error, omega), moment)
+        act(p, demand, error, same(0.0), command, tracking)
 
 
 class PdController(Component):
     """Proportional-derivative control of the Cubli rover's attitude."""
 
-    parameters, state = PdParameters, BaselineState
+    parameters = PdParameters
     inputs = {"attitude": cubli.ATTITUDE}
     outputs = {"command": cubli.COMMAND, "tracking": cubli.TRACKING}
     rate_hz = 100.0
-    start, kernel = start, pd_kernel
+    kernel = pd_kernel
 
     @classmethod
     def check(cls, values, where):

@@ -10,9 +10,7 @@ polynomial with s' = s'' = 0 at 0 and T. Its largest acceleration is 10/sqrt(3) 
 half the critically damped time, because that one has used its acceleration up at the start.
 """
 
-import math
-
-from flight_graph.kernel import kernel
+from flight_math import exp, kernel, same
 
 CONSTANT, CRITICALLY_DAMPED, MINIMUM_JERK = 0, 1, 2
 
@@ -21,7 +19,7 @@ CONSTANT, CRITICALLY_DAMPED, MINIMUM_JERK = 0, 1, 2
 def shape(form, t, rate, duration):
     """(s, ds/dt [1/s], d2s/dt2 [1/s^2]) at t [s]; rate q [1/s], duration T [s]. Constant: (0, 0, 0)."""
     if form == CRITICALLY_DAMPED:
-        decay = math.exp(-rate * t)
+        decay = exp(-rate * t)
         return (1.0 + rate * t) * decay, -rate * rate * t * decay, rate * rate * (rate * t - 1.0) * decay
     if form == MINIMUM_JERK and t < duration:
         x = t / duration
@@ -32,13 +30,10 @@ def shape(form, t, rate, duration):
 
 
 @kernel
-def reference(form, t, first, final, rate, duration, angles, rates):
-    """Reference angles (3,) [rad] and their rates (3,) [rad/s] at t [s] since the start."""
-    s, slope, _ = shape(form, t, rate, duration)
-    for i in range(3):
-        if form == CONSTANT:
-            angles[i] = final[i]
-            rates[i] = 0.0
-        else:
-            angles[i] = final[i] + (first[i] - final[i]) * s
-            rates[i] = (first[i] - final[i]) * slope
+def reference(p, first, t):
+    """Reference angles [rad] and their rates [rad/s] at t [s] since the start, from ``first`` to p.reference."""
+    if p.reference_form == CONSTANT:
+        return p.reference, same(0.0)
+    s, slope, _ = shape(p.reference_form, t, p.reference_rate, p.reference_duration)
+    way = first - p.reference
+    return p.reference + way * s, way * slope

@@ -2,6 +2,8 @@
 
 import difflib
 
+_LONGEST, _MOST = 200, 200  # characters of a name that a sentence repeats, and names
+
 
 class FlightError(ValueError):
     """Something a user can put right. The command line prints the sentence and exits with status 2."""
@@ -20,7 +22,8 @@ class RunStopped(FlightError):
 
 def unknown(kind: str, name: str, known, where: str = "") -> FlightError:
     """An unknown name, with the nearest known ones."""
-    known = sorted(known)
-    near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
-    hint = f"did you mean {' or '.join(repr(n) for n in near)}?" if near else f"known: {', '.join(known) or 'none'}"
+    known, name = sorted(known), name if len(name) <= _LONGEST else f"{name[:_LONGEST]}..."
+    near = difflib.get_close_matches(name, [other for other in known if len(other) <= _LONGEST], n=3, cutoff=0.5)
+    shown = ", ".join(known[:_MOST]) + (f" and {len(known) - _MOST} more" if len(known) > _MOST else "")
+    hint = f"did you mean {' or '.join(repr(n) for n in near)}?" if near else f"known: {shown or 'none'}"
     return FlightError(f"{where}{': ' if where else ''}no {kind} called '{name}'; {hint}")

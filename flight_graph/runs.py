@@ -47,6 +47,10 @@ def execute(scenario: Scenario, engine: str = "compiled", pace: str = "lockstep"
     """
     check_engine(scenario, engine)
     pace, factor = parse_pace(pace)
+    if engine != "ros" and pace != "lockstep":
+        raise FlightError(f"--pace {pace_text(pace, factor)}: the {engine} engine runs as fast as it can; a pace is kept "
+                          "with --engine ros")
+    metrics.of(scenario)  # a name that is wrong is found before the flight
     folder = new_folder(out, scenario, engine)
     _prepare(folder.parent)
     if engine == "ros":

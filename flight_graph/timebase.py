@@ -1,4 +1,4 @@
-"""Time: integer nanoseconds since the epoch of a run; periods that divide it exactly."""
+"""Time: integer nanoseconds since the start of a run; periods that divide it exactly."""
 
 from datetime import UTC, datetime
 from fractions import Fraction
@@ -6,6 +6,7 @@ from fractions import Fraction
 from flight_graph.errors import FlightError
 
 SECOND = 1_000_000_000  # [ns]
+LONGEST = 1_000_000_000 * SECOND  # [ns] of a duration or period
 J2000 = int(datetime(2000, 1, 1, 12, tzinfo=UTC).timestamp()) * SECOND  # [ns] ROS reads time zero as "no clock"
 
 
@@ -17,6 +18,8 @@ def period_ns(rate_hz: float, where: str) -> int:
         raise FlightError(
             f"{where}: {rate_hz} Hz has a period of {float(period):.3f} ns, which is no whole number of nanoseconds; "
             f"take a rate that divides 1e9, such as {_neighbours(rate)}")
+    if period > LONGEST:
+        raise FlightError(f"{where}: {rate_hz} Hz is not allowed; allowed: a rate of at least {SECOND / LONGEST:g} Hz")
     return int(period)
 
 
@@ -31,7 +34,10 @@ def _neighbours(rate: Fraction) -> str:
 
 def duration_ns(seconds: float, where: str) -> int:
     """A duration as whole nanoseconds (rounded), greater than zero."""
-    return round(_positive(seconds, where, "a time in seconds") * SECOND)
+    number = _positive(seconds, where, "a time in seconds") * SECOND
+    if number > LONGEST:
+        raise FlightError(f"{where}: {seconds} is not allowed; allowed: at most {LONGEST / SECOND:g} s")
+    return round(number)
 
 
 def _positive(value, where, what) -> Fraction:

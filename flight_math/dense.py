@@ -9,6 +9,13 @@ from flight_math.kernel import kernel
 
 
 @kernel
+def copy(source, target):
+    """target[i] = source[i], both (n,)."""
+    for i in range(len(source)):
+        target[i] = source[i]
+
+
+@kernel
 def cholesky(matrix, size):
     """Overwrite the lower triangle of ``matrix[:size, :size]`` with L, matrix = L L^T. Returns the smallest pivot.
 

@@ -1,10 +1,10 @@
 """Executables of this package: name -> module:attribute."""
 
 EXECUTABLES = {
-    "cubli_physical_plant": "sim_nodes.cubli_physical_plant:CubliPhysicalPlant",
-    "cubli_plant": "sim_nodes.cubli_plant:CubliPlant",
-    "imu": "sim_nodes.cubli_sensors:Imu",
-    "star_tracker": "sim_nodes.cubli_sensors:StarTracker",
+    "cubli_physical_plant": "sim_nodes.cubli.physical_plant:CubliPhysicalPlant",
+    "cubli_plant": "sim_nodes.cubli.plant:CubliPlant",
+    "imu": "sim_nodes.cubli.sensors:Imu",
+    "star_tracker": "sim_nodes.cubli.sensors:StarTracker",
     "lander_altimeter": "sim_nodes.lander.sensors:Altimeter",
     "lander_gravity_model": "sim_nodes.lander.site:GravityModel",
     "lander_imu": "sim_nodes.lander.sensors:Imu",
@@ -15,11 +15,11 @@ EXECUTABLES = {
     "lander_site_camera": "sim_nodes.lander.sensors:SiteCamera",
     "lander_star_tracker": "sim_nodes.lander.sensors:StarTracker",
     "recorder": "flight_graph.ros.recorder_node:main",
-    "spacerobot_imu": "sim_nodes.spacerobot_sensors:SpaceRobotImu",
-    "spacerobot_joint_sensors": "sim_nodes.spacerobot_sensors:SpaceRobotJointSensors",
-    "spacerobot_perfect_state": "sim_nodes.spacerobot_sensors:SpaceRobotPerfectState",
-    "spacerobot_plant": "sim_nodes.spacerobot_plant:SpaceRobotPlant",
-    "spacerobot_prediction": "sim_nodes.spacerobot_prediction:SpaceRobotPrediction",
-    "spacerobot_star_tracker": "sim_nodes.spacerobot_sensors:SpaceRobotStarTracker",
+    "spacerobot_imu": "sim_nodes.spacerobot.sensors:SpaceRobotImu",
+    "spacerobot_joint_sensors": "sim_nodes.spacerobot.sensors:SpaceRobotJointSensors",
+    "spacerobot_perfect_state": "sim_nodes.spacerobot.sensors:SpaceRobotPerfectState",
+    "spacerobot_plant": "sim_nodes.spacerobot.plant:SpaceRobotPlant",
+    "spacerobot_prediction": "sim_nodes.spacerobot.prediction:SpaceRobotPrediction",
+    "spacerobot_star_tracker": "sim_nodes.spacerobot.sensors:SpaceRobotStarTracker",
     "scenario": "flight_graph.cli.scenario_program:main",
 }

@@ -1,24 +1,21 @@
 """Watch over the adaptation: prediction error, excitation, physical consistency of the estimate, saturation.
 
 Excitation is the singular values of all regressors so far (`spacerobot_ros.excitation`), consistency the
-pseudo-inertia of
-each body. While a torque is at its limit, or the wheels are, ``freeze`` tells the estimators to rest.
+pseudo-inertia of each body. While a torque is at its limit, or the wheels are, ``freeze`` tells the estimators to rest.
 """
 
 import math
 
-import numpy as np
-
 from flight_graph.components.component import Component, Formatted
-from flight_graph.components.records import Array, field
-from flight_graph.kernel import kernel
+from flight_graph.components.records import Array, State, field
+from flight_math import kernel, stack_array
 from msg_schemas import spacerobot
 from msg_schemas.definitions import TYPESTORE
 from spacerobot_ros.excitation import accumulate, singular_values
-from spacerobot_ros.motion_inputs import motion_state, read_motion
-from spacerobot_ros.natural_adaptation import WORK, smallest_eigenvalues
+from spacerobot_ros.motion_inputs import believed, measured_motion, measured_torques
+from spacerobot_ros.natural_adaptation import smallest_eigenvalues
 from spacerobot_ros.regressor import regressor
-from spacerobot_ros.robot_parameters import believed_parameters, resolve_prior, tree_indices
+from spacerobot_ros.robot_parameters import believed_parameters, resolve_prior
 
 OK, WARNING, ERROR = 0, 1, 2
 REPORT_PERIOD_NS = 1_000_000_000  # [ns] 1 Hz
@@ -37,21 +34,10 @@ def monitor_parameters(joints):
 
 def monitor_state(joints):
     """State of the monitor: the triangular factor of all regressors, and what happened since the last report."""
-    n, count = joints, 10 * (joints + 1)
+    count = 10 * (joints + 1)
 
-    class MonitorState(motion_state(joints)):
-        y: Array(6 + n, count)
-        moving: Array(n + 1, 12)
-        block: Array(6, 10)
-        magnitude: Array(count)
+    class MonitorState(State):
         triangle: Array(count, count)
-        row: Array(count)
-        values: Array(count)
-        work: Array(count, count)
-        pi_hat: Array(count)
-        smallest: Array(n + 1)
-        body_work: Array(*WORK)
-        first_row: int
         squared: float
         samples: float
         saturated: float
@@ -61,37 +47,50 @@ def monitor_state(joints):
 
 
 @kernel
-def start(p, x):
-    tree_indices(p.parent[:], x.tree.view(np.int64))
-    for c in range(p.prior.shape[0]):
-        x.magnitude[c] = abs(p.prior[c]) if p.prior[c] != 0.0 else 1.0
-
-
-@kernel
-def predict(p, x):
+def mismatch(y, pi_hat, torques):
     """|tau - Y pi_hat| of the moment and joint rows [N m]; -1 when a reading is not finite."""
     total = 0.0
-    for r in range(3, x.y.shape[0]):
-        value = x.measured[r]
-        for c in range(x.pi_hat.shape[0]):
-            value -= x.y[r, c] * x.pi_hat[c]
+    for r in range(len(y)):
+        value = torques[r]
+        for c in range(len(pi_hat)):
+            value -= y[r, c] * pi_hat[c]
         total += value * value
     return math.sqrt(total) if math.isfinite(total) else -1.0
 
 
 @kernel
-def report(p, x, health):
+def observe(p, x, inputs, pi_hat, status):
+    """One sample: its regressor into the excitation, its prediction error into the books."""
+    n, count = len(p.parent), len(pi_hat)
+    y, torques, rotation, scale = stack_array(6 + n, count), stack_array(6 + n), stack_array(n, 3, 3), stack_array(count)
+    for c in range(count):
+        scale[c] = abs(p.prior[c]) if p.prior[c] != 0.0 else 1.0
+    tree, motion = measured_motion(p, inputs, rotation)
+    measured_torques(inputs, torques)
+    regressor(tree, motion, y)
+    accumulate(y, scale, x.triangle)
+    error = mismatch(y[3:], pi_hat, torques[3:])
+    if error < 0.0:
+        x.unread += 1.0
+    else:
+        status.prediction_error = error
+        x.squared += error * error
+        x.samples += 1.0
+
+
+@kernel
+def report(p, x, pi_hat, health):
     """Excitation and consistency, once a second."""
-    singular_values(x.triangle[:], x.values[:], x.work[:])
-    smallest_eigenvalues(x.pi_hat[:], x.smallest[:], x.body_work[:])
+    values, smallest = stack_array(len(pi_hat)), stack_array(len(pi_hat) // 10)
+    singular_values(x.triangle, values)
+    smallest_eigenvalues(pi_hat, smallest)
     excited, rank, impossible = 0.0, 0.0, 0.0
-    for c in range(x.values.shape[0]):
-        health.singular_values[c] = x.values[c]
-        excited += 1.0 if x.values[c] > EXCITED * x.values[0] else 0.0
-        rank += 1.0 if x.values[c] > SEEN * x.values[0] else 0.0
-    for b in range(x.smallest.shape[0]):
-        health.smallest_eigenvalue[b] = x.smallest[b]
-        impossible += 0.0 if x.smallest[b] > 0.0 else 1.0
+    for value in values:
+        excited += value > EXCITED * values[0]
+        rank += value > SEEN * values[0]
+    for value in smallest:
+        impossible += not value > 0.0
+    health.singular_values, health.smallest_eigenvalue = values, smallest
     health.excited, health.rank, health.impossible = excited, rank, impossible
     health.prediction_error = math.sqrt(x.squared / max(x.samples, 1.0))
     health.saturated, health.unread = x.saturated, x.unread
@@ -104,30 +103,18 @@ def report(p, x, health):
 
 
 @kernel
-def watch(t_ns, p, x, odometry, joints, accelerations, torque, parameters, control, wheels, status, health):
+def watch(t_ns, p, x, inputs, outputs):
     """Status every sample; health once a second."""
-    for c in range(x.pi_hat.shape[0]):
-        x.pi_hat[c] = parameters.pi[c] if parameters.header.stamp.sec != 0 else p.prior[c]
-    status.saturated = 1.0 if control.clipped > 0.0 or wheels.limited > 0.0 else 0.0
+    status, pi_hat = outputs.status, stack_array(len(p.prior))
+    believed(p, inputs.parameters, pi_hat)
+    status.saturated = 1.0 if inputs.control.clipped > 0.0 or inputs.wheels.limited > 0.0 else 0.0
     status.freeze = status.saturated
     x.saturated += status.saturated
-    if odometry.header.stamp.sec != 0 and accelerations.known > 0.0:
-        read_motion(p, x, odometry, joints, accelerations, torque)
-        regressor(
-            x.tree.view(np.int64), x.rotation[:], p.offset[:], p.axis[:], x.base_motion[0], x.base_motion[0],
-            x.base_motion[1], x.base_motion[2], x.joint_motion[1],
-            x.joint_motion[1], x.joint_motion[2], x.y[:], x.moving[:], x.block[:])
-        accumulate(x.y[:], x.first_row, x.magnitude[:], x.triangle[:], x.row[:])
-        error = predict(p, x)
-        if error < 0.0:
-            x.unread += 1.0
-        else:
-            status.prediction_error = error
-            x.squared += error * error
-            x.samples += 1.0
+    if inputs.odometry.header.stamp.sec != 0 and inputs.accelerations.known > 0.0:
+        observe(p, x, inputs, pi_hat, status)
     status.unread = x.unread
     if t_ns % REPORT_PERIOD_NS == 0:
-        report(p, x, health)
+        report(p, x, pi_hat, outputs.health)
 
 
 def diagnostics(record):
@@ -166,7 +153,7 @@ def monitor(topics: spacerobot.Topics) -> type[Component]:
         output_rate_hz = {"health": 1.0}
         rate_hz = 50.0
         formatted = (Formatted("diagnostics", "diagnostic_msgs/msg/DiagnosticArray", "health", diagnostics),)
-        start, kernel = start, watch
+        kernel = watch
 
         @classmethod
         def resolve(cls, values, where, folder=None):

@@ -5,16 +5,22 @@ The estimate may be the one of this sample or, with a delay of one in the graph,
 is there, and without an estimator, the controller uses its own prior.
 """
 
-import numpy as np
-
 from flight_graph.components.component import Component
-from flight_graph.components.records import Array, Choice, State, Vec3, field
-from flight_graph.kernel import kernel
+from flight_graph.components.records import Array, Choice, field
+from flight_math import conjugate, kernel, rotation_vector, stack_array, vec3
 from msg_schemas import spacerobot
-from spacerobot_ros.adaptive_law import adaptive_control, control_work_size
-from spacerobot_ros.kinematics import attitude_difference, joint_rotations, rotation_vector
+from spacerobot_ros.adaptive_law import (
+    PREDICTED,
+    Present,
+    control_torque,
+    predicted_acceleration,
+    reference_motion,
+    with_acceleration,
+)
+from spacerobot_ros.kinematics import posed
+from spacerobot_ros.motion_inputs import believed
 from spacerobot_ros.reaction_wheels import wheel_demand
-from spacerobot_ros.robot_parameters import NO_LIMIT, believed_parameters, resolve_prior, tree_indices
+from spacerobot_ros.robot_parameters import NO_LIMIT, believed_parameters, resolve_prior
 
 
 def controller_parameters(joints):
@@ -36,96 +42,43 @@ def controller_parameters(joints):
     return ControllerParameters
 
 
-def controller_state(joints):
-    """State of the controller: scratch arrays only, the law has no memory."""
-    n = joints
-
-    class ControllerState(State):
-        tree: Array(n)
-        pi_hat: Array(10 * (n + 1))
-        damping: Array(3 + n)
-        q: Array(4)
-        q_d: Array(4)
-        difference: Array(4)
-        base_motion: Array(4, 3)
-        wheels: Vec3
-        demand: Vec3
-        joint_motion: Array(5, n)
-        u: Array(3 + n)
-        sigma: Array(3 + n)
-        base_signals: Array(4, 3)
-        joint_signals: Array(3, n)
-        rotation: Array(n, 3, 3)
-        work: Array(control_work_size(n))
-
-    return ControllerState
+@kernel
+def signals_of(motion, telemetry):
+    """The signals of the regressor for the estimators that need them: base (4, 3) and joints (3, n), row by row."""
+    n = len(motion.thd)
+    base, joints = stack_array(12), stack_array(3 * n)
+    base[0:3], base[3:6], base[6:9], base[9:12] = motion.w, motion.w_r, motion.al_r, motion.a_r
+    for i in range(n):
+        joints[i], joints[n + i], joints[2 * n + i] = motion.thd[i], motion.thd_r[i], motion.thdd_r[i]
+    telemetry.base_signals, telemetry.joint_signals = base, joints
 
 
 @kernel
-def start(p, x):
-    tree_indices(p.parent[:], x.tree.view(np.int64))
-    for k in range(p.damping.shape[0]):
-        x.damping[k] = p.damping_scale * p.damping[k]
-
-
-@kernel
-def read_inputs(p, x, reference, odometry, joints, accelerations, parameters, wheels):
-    """Messages into the law's arrays; quaternions scalar first."""
-    x.q[0] = odometry.pose.pose.orientation[3]
-    x.q_d[0] = reference.attitude[3]
-    for k in range(3):
-        x.q[1 + k] = odometry.pose.pose.orientation[k]
-        x.q_d[1 + k] = reference.attitude[k]
-        x.base_motion[0, k] = odometry.twist.twist.angular[k]
-        x.base_motion[1, k] = reference.rates[k]
-        x.base_motion[2, k] = reference.angular_acceleration[k]
-        x.base_motion[3, k] = accelerations.translation[k]
-        x.wheels[k] = wheels.momentum[k]
-    for i in range(p.parent.shape[0]):
-        x.joint_motion[0, i] = joints.position[i]
-        x.joint_motion[1, i] = joints.velocity[i]
-        x.joint_motion[2, i] = reference.joints[i]
-        x.joint_motion[3, i] = reference.joint_rates[i]
-        x.joint_motion[4, i] = reference.joint_accelerations[i]
-    for c in range(p.prior.shape[0]):
-        x.pi_hat[c] = parameters.pi[c] if parameters.header.stamp.sec != 0 else p.prior[c]
-
-
-@kernel
-def control(t_ns, p, x, reference, odometry, joints, accelerations, parameters, wheels, joint_command, base_command,
-            telemetry):
+def control(t_ns, p, x, inputs, outputs):
     """Eq. (38). Zero torque until reference and state are there."""
-    n = p.parent.shape[0]
+    reference, odometry, joints, telemetry = inputs.reference, inputs.odometry, inputs.joints, outputs.control
     if odometry.header.stamp.sec == 0 or joints.header.stamp.sec == 0 or reference.header.stamp.sec == 0:
         return
-    read_inputs(p, x, reference, odometry, joints, accelerations, parameters, wheels)
-    joint_rotations(p.fixed_rotation.reshape((n, 3, 3)), p.axis[:], x.joint_motion[0], x.rotation[:])
-    telemetry.clipped = float(adaptive_control(
-        p.form, p.base_acceleration, x.tree.view(np.int64), x.rotation[:], p.offset[:], p.axis[:], x.pi_hat[:],
-        x.q[:], x.base_motion[0],
-        x.joint_motion[0], x.joint_motion[1], x.q_d[:], x.base_motion[1], x.base_motion[2], x.joint_motion[2],
-        x.joint_motion[3], x.joint_motion[4], x.base_motion[3], p.gain[:], x.damping[:],
-        p.torque_limit[:], x.u[:], x.sigma[:], x.base_signals[:], x.joint_signals[:], x.work[:]))
-    for k in range(3):
-        x.demand[k] = x.u[k]
+    n = len(p.parent)
+    pi_hat, rotation, signals = stack_array(10 * (n + 1)), stack_array(n, 3, 3), stack_array(3, n)
+    sigma, u = stack_array(3 + n), stack_array(3 + n)
+    believed(p, inputs.parameters, pi_hat)
+    present = Present(odometry.pose.pose.orientation, odometry.twist.twist.angular, joints.position, joints.velocity)
+    tree = posed(p, joints.position, rotation)
+    motion = reference_motion(p, present, reference, sigma, signals)
+    a_r = inputs.accelerations.translation
+    if p.base_acceleration == PREDICTED:
+        a_r = predicted_acceleration(tree, pi_hat, motion)
+    motion = with_acceleration(motion, a_r)
+    telemetry.clipped = control_torque(p, tree, pi_hat, motion, sigma, u)
+    demand = vec3(u[0:3])
     if p.wheel_feed_forward:
-        wheel_demand(x.u[0:3], x.base_motion[0], x.wheels[:], x.demand[:])
-    for k in range(3):
-        base_command.wrench.torque[k] = x.demand[k]
-    for i in range(n):
-        joint_command.effort[i] = x.u[3 + i]
-        telemetry.joint_error[i] = x.joint_motion[2, i] - x.joint_motion[0, i]
-        for k in range(3):
-            telemetry.joint_signals[k * n + i] = x.joint_signals[k, i]
-    attitude_difference(x.q[:], x.q_d[:], x.difference[:])
-    rotation_vector(x.difference[:], x.demand[:])
-    for k in range(3):
-        telemetry.attitude_error[k] = x.demand[k]
-        for m in range(4):
-            telemetry.base_signals[3 * m + k] = x.base_signals[m, k]
-    for k in range(3 + n):
-        telemetry.sigma[k] = x.sigma[k]
-        telemetry.torque[k] = x.u[k]
+        demand = wheel_demand(demand, present.rates, inputs.wheels.momentum)
+    outputs.base_command.wrench.torque, outputs.joint_command.effort = demand, u[3:]
+    signals_of(motion, telemetry)
+    telemetry.attitude_error = rotation_vector(conjugate(present.attitude) * reference.attitude)
+    telemetry.joint_error = reference.joints - joints.position
+    telemetry.sigma, telemetry.torque = sigma, u
 
 
 def controller(topics: spacerobot.Topics) -> type[Component]:
@@ -134,7 +87,7 @@ def controller(topics: spacerobot.Topics) -> type[Component]:
     class AdaptiveController(Component):
         """Adaptive control of base attitude and joints on the estimated inertial parameters (Slotine and Li)."""
 
-        parameters, state = controller_parameters(topics.joints), controller_state(topics.joints)
+        parameters = controller_parameters(topics.joints)
         inputs = {"reference": topics.reference, "odometry": topics.odometry, "joints": topics.joint_estimate,
                   "accelerations": topics.accelerations, "parameters": topics.parameters, "wheels": topics.wheel_state}
         optional_inputs = ("accelerations", "parameters", "wheels")
@@ -142,7 +95,7 @@ def controller(topics: spacerobot.Topics) -> type[Component]:
         outputs = {"joint_command": topics.joint_command, "base_command": topics.base_command,
                    "control": topics.control}
         rate_hz = 50.0
-        start, kernel = start, control
+        kernel = control
 
         @classmethod
         def resolve(cls, values, where, folder=None):

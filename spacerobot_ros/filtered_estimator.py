@@ -3,13 +3,12 @@
 The filtered regressor is in `spacerobot_ros.filtered_regressor`; seven rows (moment and joint torques).
 """
 
-import numpy as np
-
 from flight_graph.components.component import Component
 from flight_graph.components.records import Array, field
-from flight_graph.kernel import kernel
+from flight_math import kernel, stack_array
+from flight_math.dense import copy
 from msg_schemas import spacerobot
-from spacerobot_ros.filtered_regressor import NOT_FINITE, READY, filter_step, momentum_regressor
+from spacerobot_ros.filtered_regressor import NOT_FINITE, READY, Rows, filter_step, momentum_regressor
 from spacerobot_ros.least_squares_estimator import (
     covariance_estimator,
     covariance_parameters,
@@ -17,7 +16,7 @@ from spacerobot_ros.least_squares_estimator import (
     learn,
     publish,
 )
-from spacerobot_ros.motion_inputs import read_motion
+from spacerobot_ros.motion_inputs import measured_motion, measured_torques
 
 
 def filtered_parameters(joints):
@@ -30,47 +29,38 @@ def filtered_parameters(joints):
 
 
 def filtered_state(joints):
-    """State of the filtered estimator."""
+    """State of the filtered estimator: the filter of `spacerobot_ros.filtered_regressor` with it."""
     n, count = joints, 10 * (joints + 1)
 
     class FilteredState(covariance_state(joints)):
         phase: int
-        first_row: int
-        y_momentum: Array(3 + n, count)
-        y_rate: Array(3 + n, count)
-        y_push: Array(3 + n, count)
-        still: Array(n + 1, 12)
-        blocks: Array(2, 6, 10)
-        zero: Array(3 + n)
         memory: Array(2, 3 + n, count)
-        torque: Array(3 + n)
+        filtered_torque: Array(3 + n)
         filtered: Array(3 + n, count)
 
     return FilteredState
 
 
 @kernel
-def estimate(t_ns, p, x, odometry, joints, accelerations, torque, monitor, parameters, telemetry):
+def estimate(t_ns, p, x, inputs, outputs):
     """One sample through the filter, then eq. (39)-(41) on the filtered pair."""
-    for c in range(x.pi_hat.shape[0]):
-        x.before[c] = x.pi_hat[c]
-    read_motion(p, x, odometry, joints, accelerations, torque)
-    momentum_regressor(
-        x.tree.view(np.int64), x.rotation[:], p.offset[:], p.axis[:], x.base_motion[0], x.joint_motion[1],
-        x.base_motion[2], x.y_momentum[:], x.y_rate[:],
-        x.y_push[:], x.moving[:], x.still[:], x.blocks[:], x.zero[:])
-    x.phase = filter_step(x.y_momentum[:], x.y_rate[:], x.y_push[:], x.measured[3:], p.bandwidth, p.period, x.phase,
-                          x.memory[:],
-                          x.torque[:], x.filtered[:])
+    n, count = len(p.parent), len(x.pi_hat)
+    before, torques, rotation = stack_array(count), stack_array(6 + n), stack_array(n, 3, 3)
+    rows = Rows(stack_array(3 + n, count), stack_array(3 + n, count), stack_array(3 + n, count))
+    copy(x.pi_hat, before)
+    tree, motion = measured_motion(p, inputs, rotation)
+    measured_torques(inputs, torques)
+    momentum_regressor(tree, motion.w, motion.thd, motion.a_r, rows)
+    x.phase = filter_step(p, x, x.phase, rows, torques[3:])
     if not p.learn:
         pass
     elif x.phase == NOT_FINITE:
         x.skipped += 1.0
-    elif p.freeze and monitor.freeze > 0.0:
+    elif p.freeze and inputs.monitor.freeze > 0.0:
         x.frozen += 1.0
     elif x.phase == READY:
-        learn(p, x, x.filtered[:], x.first_row, x.torque[:])
-    publish(p, x, parameters, telemetry)
+        learn(p, x, x.filtered, x.filtered_torque)
+    publish(p, x, before, outputs)
 
 
 def estimator(topics: spacerobot.Topics) -> type[Component]:

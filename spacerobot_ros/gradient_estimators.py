@@ -1,51 +1,22 @@
 """Lyapunov's law and natural adaptation as components: the control law's errors in, inertial parameters out.
 
 Source: Aerospace 2023, 10(10), 679, equations (43)-(45); `spacerobot_ros.lyapunov_law`, and for natural adaptation
-(Lee,
-Kwon, Park 2018) `spacerobot_ros.natural_adaptation`. They run behind the controller in a sample, on its sigma and its
+(Lee, Kwon, Park 2018) `spacerobot_ros.natural_adaptation`. They run behind the controller in a sample, on its sigma and its
 reference signals, so their estimate reaches the controller with a delay of one sample. No torque is measured: while an
 actuator is at its limit, sigma says nothing about the parameters and the estimate rests.
 """
 
-import numpy as np
-
 from flight_graph.components.component import Component
-from flight_graph.components.records import Array, Choice, State, field
-from flight_graph.kernel import kernel
+from flight_graph.components.records import Array, Choice, field
+from flight_math import kernel, stack_array, vec3
+from flight_math.dense import copy
 from msg_schemas import spacerobot
-from spacerobot_ros.kinematics import joint_rotations
-from spacerobot_ros.least_squares_estimator import publish
+from spacerobot_ros.kinematics import Motion, posed
+from spacerobot_ros.least_squares_estimator import estimator_state, publish
 from spacerobot_ros.lyapunov_law import adaptation_gain, lyapunov_update
-from spacerobot_ros.natural_adaptation import WORK, natural_update
+from spacerobot_ros.natural_adaptation import natural_update
 from spacerobot_ros.regressor import regressor
-from spacerobot_ros.robot_parameters import believed_parameters, resolve_prior, tree_indices
-
-
-def gradient_state(joints):
-    """State of both estimators."""
-    n, count = joints, 10 * (joints + 1)
-
-    class GradientState(State):
-        tree: Array(n)
-        pi_hat: Array(count)
-        before: Array(count)
-        theta: Array(n)
-        sigma: Array(3 + n)
-        base_signals: Array(4, 3)
-        joint_signals: Array(3, n)
-        rotation: Array(n, 3, 3)
-        y: Array(6 + n, count)
-        moving: Array(n + 1, 12)
-        block: Array(6, 10)
-        work: Array(*WORK)
-        first_row: int
-        updates: float
-        skipped: float
-        frozen: float
-        repaired: float
-        reinitialised: float
-
-    return GradientState
+from spacerobot_ros.robot_parameters import believed_parameters, resolve_prior
 
 
 def lyapunov_parameters(joints):
@@ -77,63 +48,64 @@ def natural_parameters(joints):
 
 @kernel
 def start(p, x):
-    tree_indices(p.parent[:], x.tree.view(np.int64))
-    x.first_row = 3
-    for c in range(p.prior.shape[0]):
-        x.pi_hat[c] = p.prior[c]
+    x.pi_hat = p.prior
 
 
 @kernel
-def ready(p, x, joints, control, monitor):
-    """Whether to adapt now; fills sigma and Y of the reference motion."""
-    for c in range(x.pi_hat.shape[0]):
-        x.before[c] = x.pi_hat[c]
-    if control.header.stamp.sec == 0 or not p.learn:
+def ready(p, x, inputs):
+    """Whether to adapt now."""
+    if inputs.control.header.stamp.sec == 0 or not p.learn:
         return False
-    if p.freeze and (control.clipped > 0.0 or monitor.freeze > 0.0):
+    if p.freeze and (inputs.control.clipped > 0.0 or inputs.monitor.freeze > 0.0):
         x.frozen += 1.0
         return False
-    n = p.parent.shape[0]
-    for i in range(n):
-        x.theta[i] = joints.position[i]
-        for k in range(3):
-            x.joint_signals[k, i] = control.joint_signals[k * n + i]
-    for k in range(3):
-        for m in range(4):
-            x.base_signals[m, k] = control.base_signals[3 * m + k]
-    for k in range(3 + n):
-        x.sigma[k] = control.sigma[k]
-    joint_rotations(p.fixed_rotation.reshape((n, 3, 3)), p.axis[:], x.theta[:], x.rotation[:])
-    regressor(
-        x.tree.view(np.int64), x.rotation[:], p.offset[:], p.axis[:], x.base_signals[0], x.base_signals[1],
-        x.base_signals[2],
-        x.base_signals[3], x.joint_signals[0], x.joint_signals[1], x.joint_signals[2], x.y[:], x.moving[:], x.block[:])
     return True
 
 
 @kernel
-def adapt_lyapunov(t_ns, p, x, joints, control, monitor, parameters, telemetry):
-    """Eq. (45)."""
-    if ready(p, x, joints, control, monitor):
-        if lyapunov_update(x.y[:], x.first_row, x.sigma[:], p.adaptation_diagonal[:], p.period, x.pi_hat[:]):
-            x.updates += 1.0
-        else:
-            x.skipped += 1.0
-    publish(p, x, parameters, telemetry)
+def reference_regressor(p, inputs, y, sigma):
+    """Fill ``y`` (6+n, 10(n+1)) at the control law's reference motion, and ``sigma`` (3+n,)."""
+    n, control = len(p.parent), inputs.control
+    base, joints, rotation = stack_array(4, 3), stack_array(3, n), stack_array(n, 3, 3)
+    for k in range(12):
+        base[k // 3, k % 3] = control.base_signals[k]
+    for k in range(3):
+        for i in range(n):
+            joints[k, i] = control.joint_signals[k * n + i]
+    for k in range(3 + n):
+        sigma[k] = control.sigma[k]
+    motion = Motion(vec3(base[0]), vec3(base[1]), vec3(base[2]), vec3(base[3]), joints[0], joints[1], joints[2])
+    regressor(posed(p, inputs.joints.position, rotation), motion, y)
 
 
 @kernel
-def adapt_natural(t_ns, p, x, joints, control, monitor, parameters, telemetry):
+def adapt_lyapunov(t_ns, p, x, inputs, outputs):
+    """Eq. (45)."""
+    n, count = len(p.parent), len(x.pi_hat)
+    before, y, sigma = stack_array(count), stack_array(6 + n, count), stack_array(3 + n)
+    copy(x.pi_hat, before)
+    if ready(p, x, inputs):
+        reference_regressor(p, inputs, y, sigma)
+        if lyapunov_update(y[3:], sigma, p.adaptation_diagonal, p.period, x.pi_hat):
+            x.updates += 1.0
+        else:
+            x.skipped += 1.0
+    publish(p, x, before, outputs)
+
+
+@kernel
+def adapt_natural(t_ns, p, x, inputs, outputs):
     """One step of natural adaptation; a body that could not be moved counts as skipped."""
-    if ready(p, x, joints, control, monitor):
-        left = natural_update(x.y[:], x.first_row, x.sigma[:], p.adaptation_gain, p.period, p.largest_exponent,
-                              x.pi_hat[:],
-                              x.work[:])
-        if left > 0:
+    n, count = len(p.parent), len(x.pi_hat)
+    before, y, sigma = stack_array(count), stack_array(6 + n, count), stack_array(3 + n)
+    copy(x.pi_hat, before)
+    if ready(p, x, inputs):
+        reference_regressor(p, inputs, y, sigma)
+        if natural_update(y[3:], sigma, p.adaptation_gain, p.period, p.largest_exponent, x.pi_hat) > 0:
             x.skipped += 1.0
         else:
             x.updates += 1.0
-    publish(p, x, parameters, telemetry)
+    publish(p, x, before, outputs)
 
 
 def estimators(topics: spacerobot.Topics) -> tuple[type[Component], type[Component]]:
@@ -144,7 +116,7 @@ def estimators(topics: spacerobot.Topics) -> tuple[type[Component], type[Compone
     class LyapunovEstimator(Component):
         """Inertial parameters by Lyapunov's law: no torque is measured."""
 
-        parameters, state = lyapunov_parameters(topics.joints), gradient_state(topics.joints)
+        parameters, state = lyapunov_parameters(topics.joints), estimator_state(topics.joints)
         inputs, outputs = reads, writes
         optional_inputs = ("monitor",)
         tolerates_nonfinite = ("joints",)
@@ -160,7 +132,7 @@ def estimators(topics: spacerobot.Topics) -> tuple[type[Component], type[Compone
     class NaturalEstimator(Component):
         """Inertial parameters by natural adaptation: every estimate is a body that can exist."""
 
-        parameters, state = natural_parameters(topics.joints), gradient_state(topics.joints)
+        parameters, state = natural_parameters(topics.joints), estimator_state(topics.joints)
         inputs, outputs = reads, writes
         optional_inputs = ("monitor",)
         tolerates_nonfinite = ("joints",)

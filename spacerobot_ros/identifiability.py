@@ -6,12 +6,14 @@ parameters: Gautier and Khalil 1990), found by a QR decomposition with column pi
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import qr, solve_triangular
 
 from flight_graph.errors import FlightError
-from spacerobot_ros.kinematics import joint_rotations
+from flight_math import Vec3
+from spacerobot_ros.kinematics import actual_motion, posed
 from spacerobot_ros.model import SpaceRobot
 from spacerobot_ros.regressor import regressor
 
@@ -85,29 +87,34 @@ def _combinations(visible, size) -> tuple[np.ndarray, np.ndarray]:
     return combinations[by_parameter], independent[by_parameter]
 
 
-def stack_regressors(robot: SpaceRobot, theta, w, thd, alpha, thdd, a, rows=slice(None)) -> np.ndarray:
-    """Regressors of a recorded or planned motion, stacked (samples * rows, 10(n+1)).
+class Samples(NamedTuple):
+    """A recorded or planned motion: theta, thd, thdd (samples, n) of the joints; w, alpha (samples, 3) angular velocity and
+    acceleration of the base, base axes."""
 
-    Arrays over samples: ``theta``, ``thd``, ``thdd`` (samples, n); ``w``, ``alpha``, ``a`` (samples, 3), base axes:
-    angular velocity and acceleration, acceleration of the base origin. ``rows``: which of the 6+n rows to keep:
-    all, slice(3, None) for moments and torques, slice(6, None) for joint torques only.
+    theta: np.ndarray
+    w: np.ndarray
+    thd: np.ndarray
+    alpha: np.ndarray
+    thdd: np.ndarray
+
+
+def stack_regressors(robot: SpaceRobot, samples: Samples, a, rows=slice(None)) -> np.ndarray:
+    """Regressors of a motion, stacked (samples * rows, 10(n+1)).
+
+    ``a`` (samples, 3): acceleration of the base origin, base axes. ``rows``: which of the 6+n rows to keep: all,
+    slice(3, None) for moments and torques, slice(6, None) for joint torques only.
     """
     n = robot.joints
-    y = np.zeros((6 + n, 10 * (n + 1)))
-    rotation, motion, block = np.zeros((n, 3, 3)), np.zeros((n + 1, 12)), np.zeros((6, 10))
+    y, rotation = np.zeros((6 + n, 10 * (n + 1))), np.zeros((n, 3, 3))
     result = []
-    for k in range(len(theta)):
-        joint_rotations(robot.fixed_rotation, robot.axis, theta[k], rotation)
-        regressor(
-            robot.parent, rotation, robot.offset, robot.axis, w[k], w[k], alpha[k], a[k], thd[k], thd[k], thdd[k],
-            y, motion, block,
-        )  # fmt: skip
+    for (theta, w, thd, alpha, thdd), acceleration in zip(zip(*samples), a, strict=True):
+        motion = actual_motion(Vec3(*w), Vec3(*alpha), Vec3(*acceleration), thd, thdd)
+        regressor(posed(robot.geometry, theta, rotation), motion, y)
         result.append(y[rows].copy())
     return np.concatenate(result)
 
 
-def momentum_free_acceleration(robot: SpaceRobot, theta, w, thd, alpha, thdd) -> np.ndarray:
+def momentum_free_acceleration(robot: SpaceRobot, samples: Samples) -> np.ndarray:
     """Acceleration of the base origin (samples, 3), base axes [m/s^2], when no outer force acts: a = -f0 / M."""
-    zero = np.zeros((len(theta), 3))
-    force = stack_regressors(robot, theta, w, thd, alpha, thdd, zero, slice(0, 3)) @ robot.pi
+    force = stack_regressors(robot, samples, np.zeros((len(samples.theta), 3)), slice(0, 3)) @ robot.pi
     return -force.reshape(-1, 3) / robot.pi[9::10].sum()

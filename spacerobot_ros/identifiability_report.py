@@ -6,10 +6,19 @@ origin accelerates as momentum demands. ``random`` stands for a free-floating mo
 
 import numpy as np
 
+from flight_graph.components.component import kinds_of
 from flight_graph.errors import FlightError, unknown
 from flight_graph.graphs.scenario import Scenario
-from spacerobot_ros.identifiability import Identifiability, identify, momentum_free_acceleration, stack_regressors
-from spacerobot_ros.model import SpaceRobot, find_model
+from flight_math import view
+from spacerobot_ros.identifiability import (
+    Identifiability,
+    Samples,
+    identify,
+    momentum_free_acceleration,
+    stack_regressors,
+)
+from spacerobot_ros.model import SpaceRobot
+from spacerobot_ros.robot_files import find_model
 
 ROWS = {"all": slice(None), "moments": slice(3, None), "joints": slice(6, None)}
 USE = "spacerobot_ros/trajectory_generator"
@@ -26,21 +35,21 @@ def report(robot: SpaceRobot, scenario: Scenario | None, rows: str = "moments", 
     motion = random_motion(robot) if scenario is None else desired_motion(scenario, step)
     if motion[0].shape[1] != robot.joints:
         raise FlightError(f"the trajectory moves {motion[0].shape[1]} joints; '{robot.name}' has {robot.joints}")
-    acceleration = momentum_free_acceleration(robot, *motion)
-    stack = stack_regressors(robot, *motion, acceleration, ROWS[rows])
+    acceleration = momentum_free_acceleration(robot, motion)
+    stack = stack_regressors(robot, motion, acceleration, ROWS[rows])
     return identify(stack, robot.parameter_names, robot.pi, cut)
 
 
-def random_motion(robot: SpaceRobot, states: int = 400) -> tuple:
-    """theta, w, thd, alpha, thdd of arbitrary states."""
+def random_motion(robot: SpaceRobot, states: int = 400) -> Samples:
+    """Arbitrary states."""
     rng = np.random.default_rng(0)
     n = robot.joints
-    return (rng.uniform(-np.pi, np.pi, (states, n)), rng.standard_normal((states, 3)), rng.standard_normal((states, n)),
-            rng.standard_normal((states, 3)), rng.standard_normal((states, n)))
+    return Samples(rng.uniform(-np.pi, np.pi, (states, n)), *(
+        rng.standard_normal((states, columns)) for columns in (3, n, 3, n)))
 
 
-def desired_motion(scenario: Scenario, step: float) -> tuple:
-    """theta, w, thd, alpha, thdd of the scenario's trajectory generator, sampled over its duration."""
+def desired_motion(scenario: Scenario, step: float) -> Samples:
+    """The motion of the scenario's trajectory generator, sampled over its duration."""
     nodes = [node for node in scenario.graph.nodes.values() if "reference" in node.component.outputs and not
              node.component.inputs]
     if len(nodes) != 1:
@@ -48,15 +57,18 @@ def desired_motion(scenario: Scenario, step: float) -> tuple:
     component, values = nodes[0].component, nodes[0].values
     parameters, state = component.parameters.record(values), component.state.record()
     _, reference = component.outputs["reference"].new()
-    component.start(parameters[0], state[0])
+    records = view(parameters[0], component.parameters.kinds), view(state[0], component.state.kinds)
+    desired = view(reference[0], kinds_of(component.outputs["reference"]))
+    if component.start is not None:
+        component.start(*records)
     samples = []
     step_ns = int(round(step * 1e9))
     for t_ns in range(0, scenario.duration_ns + 1, step_ns):
-        component.kernel(t_ns, parameters[0], state[0], reference[0])
+        component.kernel(t_ns, *records, desired)
         samples.append(reference.copy())
     motion = np.concatenate(samples)
-    return tuple(np.ascontiguousarray(motion[name]) for name in (
-        "joints", "rates", "joint_rates", "angular_acceleration", "joint_accelerations"))
+    return Samples(*(np.ascontiguousarray(motion[name]) for name in (
+        "joints", "rates", "joint_rates", "angular_acceleration", "joint_accelerations")))
 
 
 def robot_named(name: str) -> SpaceRobot:

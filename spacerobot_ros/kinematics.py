@@ -3,128 +3,105 @@
 Source: Aerospace 2023, 10(10), 679, equations (8), (13), (14), with separate actual and reference velocities (Slotine
 and Li): w_r and theta_dot_r are the velocities that enter linearly, w and theta_dot the measured ones.
 
-Body 0 is the base; joint i carries body i+1. In every kernel the tree is four arrays:
-``parent`` (n,) int64: body that carries joint i, always less than i+1; ``offset`` (n, 3): origin of body i+1 in its
-parent's axes [m]; ``axis`` (n, 3): unit vector of joint i in body i+1's axes; ``rotation`` (n, 3, 3): turns vectors of
-body i+1 into its parent's axes at the present joint angle (from `joint_rotations`).
-Quaternions here are scalar first, body to inertial; angular velocities are in body axes [rad/s].
+Body 0 is the base; joint i carries body i+1. Quaternions turn body axes into inertial axes; angular velocities are in
+body axes [rad/s].
 """
 
-import math
+from typing import NamedTuple
 
-from flight_graph.kernel import kernel
+import numpy as np
 
-
-@kernel
-def joint_rotations(fixed_rotation, axis, theta, rotation):
-    """rotation[i] = fixed_rotation[i] Rot(axis[i], theta[i]): body i+1's axes to its parent's, shape (n, 3, 3)."""
-    for i in range(axis.shape[0]):
-        c = math.cos(theta[i])
-        s = math.sin(theta[i])
-        v = 1.0 - c
-        x = axis[i, 0]
-        y = axis[i, 1]
-        z = axis[i, 2]
-        for r in range(3):
-            fx = fixed_rotation[i, r, 0]
-            fy = fixed_rotation[i, r, 1]
-            fz = fixed_rotation[i, r, 2]
-            rotation[i, r, 0] = fx * (c + v * x * x) + fy * (v * x * y + s * z) + fz * (v * x * z - s * y)
-            rotation[i, r, 1] = fx * (v * x * y - s * z) + fy * (c + v * y * y) + fz * (v * y * z + s * x)
-            rotation[i, r, 2] = fx * (v * x * z + s * y) + fy * (v * y * z - s * x) + fz * (c + v * z * z)
+from flight_math import Vec3, cross, identity3, kernel, mat3, outer, sincos, skew, transpose, vec3
 
 
-@kernel
-def body_poses(parent, rotation, offset, position, orientation):
-    """Pose of every body's frame in base axes: ``position`` (n+1, 3) [m], ``orientation`` (n+1, 3, 3) body to base."""
-    for r in range(3):
-        position[0, r] = 0.0
-        for c in range(3):
-            orientation[0, r, c] = 1.0 if r == c else 0.0
-    for i in range(parent.shape[0]):
-        b = parent[i]
-        for r in range(3):
-            value = position[b, r]
-            for k in range(3):
-                value += orientation[b, r, k] * offset[i, k]
-            position[i + 1, r] = value
-            for c in range(3):
-                value = 0.0
-                for k in range(3):
-                    value += orientation[b, r, k] * rotation[i, k, c]
-                orientation[i + 1, r, c] = value
+class Geometry(NamedTuple):
+    """Where the joints sit: the parameters of a robot's components have these entries too.
 
-
-@kernel
-def body_motion(parent, rotation, offset, axis, w, w_r, al_r, a_r, thd, thd_r, thdd_r, motion):
-    """Outward recursion, equations (8), (13), (14): row b of ``motion`` (n+1, 12) is [w, w_r, al_r, a_r] of body b.
-
-    w+ = R^T w + z thd;  w_r+ = R^T w_r + z thd_r;  al+ = R^T al + (R^T w_r) x z thd + z thdd_r;
-    a+ = R^T (a + al x P + w x (w_r x P)); each in the body's own axes. With w_r = w it is the actual motion.
+    parent: (n,) int64, body that carries joint i, always less than i+1.  fixed_rotation: (n, 9) turns vectors of body i+1
+    into its parent's axes at angle zero, row by row.  offset: (n, 3) origin of body i+1 in its parent's axes [m].
+    axis: (n, 3) unit vector of joint i in body i+1's axes.
     """
-    for k in range(3):
-        motion[0, k] = w[k]
-        motion[0, 3 + k] = w_r[k]
-        motion[0, 6 + k] = al_r[k]
-        motion[0, 9 + k] = a_r[k]
-    for i in range(parent.shape[0]):
-        b = parent[i]
-        wx, wy, wz = motion[b, 0], motion[b, 1], motion[b, 2]
-        vx, vy, vz = motion[b, 3], motion[b, 4], motion[b, 5]
-        ex, ey, ez = motion[b, 6], motion[b, 7], motion[b, 8]
-        px, py, pz = offset[i, 0], offset[i, 1], offset[i, 2]
-        cx = vy * pz - vz * py
-        cy = vz * px - vx * pz
-        cz = vx * py - vy * px
-        ax = motion[b, 9] + (ey * pz - ez * py) + (wy * cz - wz * cy)
-        ay = motion[b, 10] + (ez * px - ex * pz) + (wz * cx - wx * cz)
-        az = motion[b, 11] + (ex * py - ey * px) + (wx * cy - wy * cx)
-        for k in range(3):
-            rx, ry, rz = rotation[i, 0, k], rotation[i, 1, k], rotation[i, 2, k]
-            motion[i + 1, k] = rx * wx + ry * wy + rz * wz + axis[i, k] * thd[i]
-            motion[i + 1, 3 + k] = rx * vx + ry * vy + rz * vz
-            motion[i + 1, 6 + k] = rx * ex + ry * ey + rz * ez + axis[i, k] * thdd_r[i]
-            motion[i + 1, 9 + k] = rx * ax + ry * ay + rz * az
-        vx, vy, vz = motion[i + 1, 3], motion[i + 1, 4], motion[i + 1, 5]
-        zx, zy, zz = axis[i, 0] * thd[i], axis[i, 1] * thd[i], axis[i, 2] * thd[i]
-        motion[i + 1, 6] += vy * zz - vz * zy
-        motion[i + 1, 7] += vz * zx - vx * zz
-        motion[i + 1, 8] += vx * zy - vy * zx
-        for k in range(3):
-            motion[i + 1, 3 + k] += axis[i, k] * thd_r[i]
+
+    parent: np.ndarray
+    fixed_rotation: np.ndarray
+    offset: np.ndarray
+    axis: np.ndarray
+
+
+class Tree(NamedTuple):
+    """The robot at its present joint angles: as `Geometry`, with the rotation R of each body to its parent, (n, 3, 3)."""
+
+    parent: np.ndarray
+    rotation: np.ndarray
+    offset: np.ndarray
+    axis: np.ndarray
+
+
+class Motion(NamedTuple):
+    """What enters the equations of motion: w, w_r, al_r (angular) and a_r (base origin) of the base, in base axes
+    [rad/s, rad/s, rad/s^2, m/s^2]; thd, thd_r, thdd_r (n,) of the joints. The actual motion has w_r = w, thd_r = thd."""
+
+    w: Vec3
+    w_r: Vec3
+    al_r: Vec3
+    a_r: Vec3
+    thd: np.ndarray
+    thd_r: np.ndarray
+    thdd_r: np.ndarray
+
+
+class Bodies(NamedTuple):
+    """The same signals of every body in its own axes, (n+1, 3) each."""
+
+    w: np.ndarray
+    w_r: np.ndarray
+    al_r: np.ndarray
+    a_r: np.ndarray
 
 
 @kernel
-def rotation_matrix(q, matrix):
-    """Direction cosine matrix (3, 3), body to inertial, of the unit quaternion ``q`` = [q0, qx, qy, qz]."""
-    s, x, y, z = q[0], q[1], q[2], q[3]
-    matrix[0, 0] = 1.0 - 2.0 * (y * y + z * z)
-    matrix[0, 1] = 2.0 * (x * y - s * z)
-    matrix[0, 2] = 2.0 * (x * z + s * y)
-    matrix[1, 0] = 2.0 * (x * y + s * z)
-    matrix[1, 1] = 1.0 - 2.0 * (x * x + z * z)
-    matrix[1, 2] = 2.0 * (y * z - s * x)
-    matrix[2, 0] = 2.0 * (x * z - s * y)
-    matrix[2, 1] = 2.0 * (y * z + s * x)
-    matrix[2, 2] = 1.0 - 2.0 * (x * x + y * y)
+def axis_rotation(axis, angle):
+    """Rodrigues: the rotation about a unit ``axis`` by ``angle`` [rad]."""
+    sine, cosine = sincos(angle)
+    return cosine * identity3() + sine * skew(axis) + (1.0 - cosine) * outer(axis, axis)
 
 
 @kernel
-def attitude_difference(q, q_d, difference):
-    """difference = q^-1 * q_d: the desired attitude seen from the present body axes (scalar first)."""
-    s, x, y, z = q[0], -q[1], -q[2], -q[3]
-    t, u, v, w = q_d[0], q_d[1], q_d[2], q_d[3]
-    difference[0] = s * t - x * u - y * v - z * w
-    difference[1] = s * u + x * t + y * w - z * v
-    difference[2] = s * v - x * w + y * t + z * u
-    difference[3] = s * w + x * v - y * u + z * t
+def posed(p, theta, rotation):
+    """The tree of the robot ``p`` at joint angles ``theta`` (n,); fills ``rotation`` (n, 3, 3), which the tree keeps."""
+    for i in range(len(p.parent)):
+        rotation[i] = mat3(p.fixed_rotation[i]) @ axis_rotation(vec3(p.axis[i]), theta[i])
+    return Tree(p.parent, rotation, p.offset, p.axis)
 
 
 @kernel
-def rotation_vector(q, vector):
-    """Rotation vector (3,) [rad] of the unit quaternion ``q``, the shorter way round."""
-    sign = 1.0 if q[0] >= 0.0 else -1.0
-    sine = math.sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
-    factor = 2.0 * sign if sine < 1e-12 else 2.0 * sign * math.atan2(sine, abs(q[0])) / sine
-    for k in range(3):
-        vector[k] = factor * q[1 + k]
+def actual_motion(w, al, a, thd, thdd):
+    """The motion as it is, without references."""
+    return Motion(w, w, al, a, thd, thd, thdd)
+
+
+@kernel
+def body_motion(tree, motion, bodies):
+    """Outward recursion, equations (8), (13), (14), from the base's motion to that of all ``bodies``.
+
+    w+ = R^T w + z thd;  w_r+ = R^T w_r + z thd_r;  al+ = R^T al + z thdd_r + (R^T w_r) x z thd;
+    a+ = R^T (a + al x P + w x (w_r x P)); each in the body's own axes.
+    """
+    bodies.w[0], bodies.w_r[0], bodies.al_r[0], bodies.a_r[0] = motion.w, motion.w_r, motion.al_r, motion.a_r
+    for i in range(len(tree.parent)):
+        b = tree.parent[i]
+        w, w_r, al_r, a_r = vec3(bodies.w[b]), vec3(bodies.w_r[b]), vec3(bodies.al_r[b]), vec3(bodies.a_r[b])
+        inward, offset, axis = transpose(mat3(tree.rotation[i])), vec3(tree.offset[i]), vec3(tree.axis[i])
+        spin, turned = motion.thd[i] * axis, inward @ w_r
+        bodies.w[i + 1] = inward @ w + spin
+        bodies.w_r[i + 1] = turned + motion.thd_r[i] * axis
+        bodies.al_r[i + 1] = inward @ al_r + motion.thdd_r[i] * axis + cross(turned, spin)
+        bodies.a_r[i + 1] = inward @ (a_r + cross(al_r, offset) + cross(w, cross(w_r, offset)))
+
+
+@kernel
+def to_parent(tree, i, force, moment):
+    """Equations (18), (19): force and moment on body i+1 about its origin, as joint i hands them to the parent."""
+    rotation = mat3(tree.rotation[i])
+    turned = rotation @ force
+    return turned, rotation @ moment + cross(vec3(tree.offset[i]), turned)

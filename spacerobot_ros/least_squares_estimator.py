@@ -4,16 +4,15 @@ Source: Aerospace 2023, 10(10), 679, equations (39)-(41); the update is in `spac
 The torque is the one held over the interval that ends now, the accelerations are those at its end.
 """
 
-import numpy as np
-
 from flight_graph.components.component import Component
-from flight_graph.components.records import Array, Choice, field
-from flight_graph.kernel import kernel
+from flight_graph.components.records import Array, Choice, State, field
+from flight_math import kernel, stack_array
+from flight_math.dense import copy
 from msg_schemas import spacerobot
 from spacerobot_ros import recursive_least_squares as rls
-from spacerobot_ros.motion_inputs import motion_state, read_motion
+from spacerobot_ros.motion_inputs import measured_motion, measured_torques
 from spacerobot_ros.regressor import regressor
-from spacerobot_ros.robot_parameters import believed_parameters, resolve_covariance, resolve_prior, tree_indices
+from spacerobot_ros.robot_parameters import believed_parameters, resolve_covariance, resolve_prior
 
 TEN, SEVEN = 0, 1
 
@@ -45,40 +44,40 @@ def least_squares_parameters(joints):
     return LeastSquaresParameters
 
 
-def covariance_state(joints):
-    """State of an estimator that keeps a covariance."""
-    n, count = joints, 10 * (joints + 1)
+def estimator_state(joints):
+    """State of an estimator: the estimate, and what happened since the start."""
 
-    class CovarianceState(motion_state(joints)):
-        pi_hat: Array(count)
-        before: Array(count)
-        g: Array(count, count)
-        y: Array(6 + n, count)
-        moving: Array(n + 1, 12)
-        block: Array(6, 10)
-        work: Array(rls.work_rows(6 + n, count), count)
+    class EstimatorState(State):
+        pi_hat: Array(10 * (joints + 1))
         updates: float
         skipped: float
         frozen: float
         repaired: float
         reinitialised: float
 
+    return EstimatorState
+
+
+def covariance_state(joints):
+    """State of an estimator that keeps a covariance."""
+    count = 10 * (joints + 1)
+
+    class CovarianceState(estimator_state(joints)):
+        g: Array(count, count)
+
     return CovarianceState
 
 
 @kernel
 def start(p, x):
-    tree_indices(p.parent[:], x.tree.view(np.int64))
-    for c in range(p.prior.shape[0]):
-        x.pi_hat[c] = p.prior[c]
-    rls.set_diagonal(p.covariance_diagonal[:], x.g[:])
+    x.pi_hat = p.prior
+    rls.set_diagonal(p.covariance_diagonal, x.g)
 
 
 @kernel
-def learn(p, x, regressor_rows, first_row, torque):
-    """One update by the rows from first_row on of regressor_rows pi = torque; keep the books on what it reports."""
-    status = rls.update(regressor_rows, first_row, torque, p.forgetting, x.pi_hat[:], x.g[:], p.covariance_diagonal[:],
-                        x.work[:])
+def learn(p, x, y, torques):
+    """One update by y pi = torques; keep the books on what it reports."""
+    status = rls.update(y, torques, p.forgetting, x.pi_hat, x.g, p.covariance_diagonal)
     if status & rls.SKIPPED:
         x.skipped += 1.0
     else:
@@ -90,14 +89,14 @@ def learn(p, x, regressor_rows, first_row, torque):
 
 
 @kernel
-def publish(p, x, parameters, telemetry):
-    """The estimate, and the largest step since the last one."""
+def publish(p, x, before, outputs):
+    """The estimate, and the largest step from the one ``before``."""
     largest = 0.0
-    for c in range(x.pi_hat.shape[0]):
-        parameters.pi[c] = x.pi_hat[c]
-        size = abs(p.prior[c])
-        if size > 0.0:
-            largest = max(largest, abs(x.pi_hat[c] - x.before[c]) / size)
+    for c in range(len(before)):
+        if p.prior[c] != 0.0:
+            largest = max(largest, abs(x.pi_hat[c] - before[c]) / abs(p.prior[c]))
+    outputs.parameters.pi = x.pi_hat
+    telemetry = outputs.telemetry
     telemetry.change = largest
     telemetry.updates = x.updates
     telemetry.skipped = x.skipped
@@ -107,22 +106,22 @@ def publish(p, x, parameters, telemetry):
 
 
 @kernel
-def estimate(t_ns, p, x, odometry, joints, accelerations, torque, monitor, parameters, telemetry):
+def estimate(t_ns, p, x, inputs, outputs):
     """Eq. (39)-(41). A reading that is not finite is skipped and counted."""
-    for c in range(x.pi_hat.shape[0]):
-        x.before[c] = x.pi_hat[c]
+    n, count = len(p.parent), len(x.pi_hat)
+    before, y, torques, rotation = stack_array(count), stack_array(6 + n, count), stack_array(6 + n), stack_array(n, 3, 3)
+    copy(x.pi_hat, before)
     if not p.learn:
         pass
-    elif p.freeze and monitor.freeze > 0.0:
+    elif p.freeze and inputs.monitor.freeze > 0.0:
         x.frozen += 1.0
-    elif accelerations.known > 0.0:
-        read_motion(p, x, odometry, joints, accelerations, torque)
-        regressor(
-            x.tree.view(np.int64), x.rotation[:], p.offset[:], p.axis[:], x.base_motion[0], x.base_motion[0],
-            x.base_motion[1], x.base_motion[2], x.joint_motion[1],
-            x.joint_motion[1], x.joint_motion[2], x.y[:], x.moving[:], x.block[:])
-        learn(p, x, x.y[:], 3 * p.rows, x.measured[:])
-    publish(p, x, parameters, telemetry)
+    elif inputs.accelerations.known > 0.0:
+        tree, motion = measured_motion(p, inputs, rotation)
+        measured_torques(inputs, torques)
+        regressor(tree, motion, y)
+        first = 3 if p.rows == SEVEN else 0
+        learn(p, x, y[first:], torques[first:])
+    publish(p, x, before, outputs)
 
 
 def covariance_estimator(topics: spacerobot.Topics, entries, memory, function, summary) -> type[Component]:

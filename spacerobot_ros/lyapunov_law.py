@@ -5,12 +5,11 @@ the actual accelerations. With the seven moment and torque rows a term of the ba
 with all ten rows, sigma extended in front by the integral of a_r - a (Walker and Wee), the proof is exact.
 """
 
-import math
-
 import numpy as np
 
 from flight_graph.errors import FlightError
-from flight_graph.kernel import kernel
+from flight_math import kernel
+from spacerobot_ros.recursive_least_squares import all_finite
 
 
 def adaptation_gain(prior, choice: str = "uniform", scale: float | None = None) -> np.ndarray:
@@ -24,22 +23,16 @@ def adaptation_gain(prior, choice: str = "uniform", scale: float | None = None) 
 
 
 @kernel
-def lyapunov_update(y, first_row, sigma, gain, period, pi):
+def lyapunov_update(y, sigma, gain, period, pi):
     """pi += period * gain * Y^T sigma, equation (45). Returns False, pi untouched, if sigma or Y is not finite.
 
-    ``y`` (rows, p) at the reference motion; row ``first_row`` + r meets ``sigma``[r] (rows - first_row,) [m/s, rad/s];
-    ``gain`` (p,) diagonal of Gamma; ``period`` [s]; ``pi`` (p,) in place.
+    ``y`` (rows, p) at the reference motion; ``sigma`` (rows,) [m/s, rad/s]; ``gain`` (p,) diagonal of Gamma; ``period``
+    [s]; ``pi`` (p,) in place.
     """
-    rows = sigma.shape[0]
-    total = 0.0
-    for r in range(rows):
-        total += abs(sigma[r])
-        for j in range(pi.shape[0]):
-            total += abs(y[first_row + r, j])
-    if not math.isfinite(total):
+    if not all_finite(y, sigma):
         return False
-    for r in range(rows):
+    for r in range(len(sigma)):
         weight = period * sigma[r]
-        for j in range(pi.shape[0]):
-            pi[j] += gain[j] * (weight * y[first_row + r, j])
+        for j in range(len(pi)):
+            pi[j] += gain[j] * (weight * y[r, j])
     return True

@@ -1,19 +1,22 @@
 """The space robot as data: a base and up to 12 revolute joints in a tree, read from one YAML file.
 
 Source: Aerospace 2023, 10(10), 679, section 4; the paper's Tables 1 and 2 of masses are not in its text, so the numbers
-of `models/mini_space_robot.yaml` are our own. A URDF is read by `spacerobot_ros.urdf`.
+of `models/mini_space_robot.yaml` are our own. A URDF is read by `spacerobot_ros.urdf`; `spacerobot_ros.robot_files`
+finds a robot by name or file.
 """
 
 import math
 from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
 
 import numpy as np
-import yaml
 from pydantic import ValidationError
 
+from flight_graph import yaml_text
+from flight_graph.errors import FlightError
+from flight_math import sincos
 from spacerobot_ros.inertial_parameters import NAMES, ModelError, body_parameters, check_body
+from spacerobot_ros.kinematics import Geometry
 from spacerobot_ros.model_schema import Joint, ModelFile
 
 
@@ -41,6 +44,11 @@ class SpaceRobot:
     torque_limit: np.ndarray
 
     @property
+    def geometry(self) -> Geometry:
+        """The tree as kernels take it."""
+        return Geometry(self.parent, self.fixed_rotation.reshape(-1, 9), self.offset, self.axis)
+
+    @property
     def joints(self) -> int:
         """Number n of joints."""
         return len(self.joint_names)
@@ -65,31 +73,13 @@ class SpaceRobot:
         return prior
 
 
-def find_model(name: str, folder: Path | None = None) -> SpaceRobot:
-    """The robot ``name``: one that comes with the package ('mini_space_robot'), or a YAML or URDF file (relative to
-    ``folder``). Raises `ModelError`."""
-    if name.endswith((".yaml", ".yml")):
-        return load_model((folder or Path()) / name)
-    if name.endswith((".urdf", ".xml")):
-        from spacerobot_ros.urdf import load_urdf
-
-        return load_urdf((folder or Path()) / name)
-    shipped = {path.stem: path for path in Path(str(resources.files("spacerobot_ros") / "models")).glob("*.yaml")}
-    if name not in shipped:
-        raise ModelError(f"robot model '{name}' is unknown; there is {', '.join(sorted(shipped))}, or name a YAML or "
-                         "URDF file")
-    return load_model(shipped[name])
-
-
 def load_model(path) -> SpaceRobot:
     """Read and check a robot model from a YAML file. Raises `ModelError` with a sentence."""
     path = Path(path)
     try:
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ModelError(f"robot model {path}: cannot be read ({error.strerror})") from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ModelError(f"robot model {path}: is not YAML: {error}") from None
+        data = yaml_text.read(path, f"robot model {path}")
+    except FlightError as error:
+        raise ModelError(str(error)) from None
     return model_from_mapping(data, str(path))
 
 
@@ -117,7 +107,7 @@ def _flatten(file: ModelFile) -> SpaceRobot:
     fixed_rotation, offset, axis = np.zeros((n, 3, 3)), np.zeros((n, 3)), np.zeros((n, 3))
     for i, joint in enumerate(joints):
         fixed_rotation[i], offset[i] = _placement(joint)
-        axis[i] = np.array(joint.axis) / math.hypot(*joint.axis)
+        axis[i] = np.array(joint.axis) / math.sqrt(sum(part * part for part in joint.axis))
 
     def bounds(name, default):
         values = [getattr(joint.limits, name) for joint in joints]
@@ -167,7 +157,8 @@ def _cos_sin(angle: float) -> tuple[float, float]:
     quarter = angle / (0.5 * math.pi)
     if abs(quarter - round(quarter)) < 1e-15:
         return ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[round(quarter) % 4]
-    return math.cos(angle), math.sin(angle)
+    sine, cosine = sincos(angle)
+    return float(cosine), float(sine)
 
 
 def _outward_order(base: str, joints: list[Joint]) -> list[Joint]:

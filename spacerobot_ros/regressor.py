@@ -8,119 +8,135 @@ Rows of Y (6+n): base force [N], base moment about the base origin [N m], joint 
 Columns: ten per body, [Ixx Ixy Ixz Iyy Iyz Izz, m cx, m cy, m cz, m], inertia about the body frame's origin.
 """
 
-from flight_graph.kernel import kernel
-from spacerobot_ros.kinematics import body_motion
+from typing import NamedTuple
+
+from flight_math import Mat3, Vec3, cross, diagonal, dot, kernel, mat3, row, skew, stack_array, transpose, vec3
+from spacerobot_ros.kinematics import Bodies, body_motion
+
+ZERO = Vec3(0.0, 0.0, 0.0)
+
+
+class Columns(NamedTuple):
+    """Wrench of one body per unit of its ten parameters. Moment per Ixx, Iyy, Izz (``diagonal``), per Ixy, Ixz, Iyz
+    (``products``), per h (``first``), per m (``mass``); force per h (``first_force``), per m (``mass_force``)."""
+
+    diagonal: Mat3
+    products: Mat3
+    first: Mat3
+    mass: Vec3
+    first_force: Mat3
+    mass_force: Vec3
+
+
+class Row(NamedTuple):
+    """Ten neighbouring elements of a row of Y, in the parts of `Columns`."""
+
+    diagonal: Vec3
+    products: Vec3
+    first: Vec3
+    mass: float
 
 
 @kernel
-def body_block(motion, b, block):
-    """Wrench of body ``b`` about its own origin per unit parameter: ``block`` (6, 10), force rows before moment rows.
-
-    f = m a + al x h + w x (w_r x h);  n = I al + h x a + w_r x (I w);
-    force columns [0, S(al) + S(w) S(w_r), a]; moment columns [K(al) + S(w_r) K(w), -S(a), 0].
-    """
-    wx, wy, wz = motion[b, 0], motion[b, 1], motion[b, 2]
-    vx, vy, vz = motion[b, 3], motion[b, 4], motion[b, 5]
-    ex, ey, ez = motion[b, 6], motion[b, 7], motion[b, 8]
-    ax, ay, az = motion[b, 9], motion[b, 10], motion[b, 11]
-    dot = wx * vx + wy * vy + wz * vz
-    block[0, 6] = vx * wx - dot
-    block[0, 7] = vx * wy - ez
-    block[0, 8] = vx * wz + ey
-    block[0, 9] = ax
-    block[1, 6] = vy * wx + ez
-    block[1, 7] = vy * wy - dot
-    block[1, 8] = vy * wz - ex
-    block[1, 9] = ay
-    block[2, 6] = vz * wx - ey
-    block[2, 7] = vz * wy + ex
-    block[2, 8] = vz * wz - dot
-    block[2, 9] = az
-    block[3, 0] = ex
-    block[3, 1] = ey - vz * wx
-    block[3, 2] = ez + vy * wx
-    block[3, 3] = -vz * wy
-    block[3, 4] = vy * wy - vz * wz
-    block[3, 5] = vy * wz
-    block[4, 0] = vz * wx
-    block[4, 1] = ex + vz * wy
-    block[4, 2] = vz * wz - vx * wx
-    block[4, 3] = ey
-    block[4, 4] = ez - vx * wy
-    block[4, 5] = -vx * wz
-    block[5, 0] = -vy * wx
-    block[5, 1] = vx * wx - vy * wy
-    block[5, 2] = ex - vy * wz
-    block[5, 3] = vx * wy
-    block[5, 4] = ey + vx * wz
-    block[5, 5] = ez
-    block[3, 6] = 0.0
-    block[3, 7] = az
-    block[3, 8] = -ay
-    block[4, 6] = -az
-    block[4, 7] = 0.0
-    block[4, 8] = ax
-    block[5, 6] = ay
-    block[5, 7] = -ax
-    block[5, 8] = 0.0
-    for row in range(3):
-        block[3 + row, 9] = 0.0
-        for column in range(6):
-            block[row, column] = 0.0
+def products(v):
+    """Columns Ixy, Ixz, Iyz of K(v), where I v = K(v) [Ixx Ixy Ixz Iyy Iyz Izz]; the others are diagonal(v)."""
+    return Mat3(v.y, v.z, 0.0,
+                v.x, 0.0, v.z,
+                0.0, v.x, v.y)
 
 
 @kernel
-def carry_to_parent(rotation, offset, i, block):
-    """Carry a body's wrench columns through joint ``i``: f_p = R f, n_p = R n + P x (R f), in place, ``block`` (6, 10).
-
-    The six inertia columns have no force, so only the last four carry one.
-    """
-    r00, r01, r02 = rotation[i, 0, 0], rotation[i, 0, 1], rotation[i, 0, 2]
-    r10, r11, r12 = rotation[i, 1, 0], rotation[i, 1, 1], rotation[i, 1, 2]
-    r20, r21, r22 = rotation[i, 2, 0], rotation[i, 2, 1], rotation[i, 2, 2]
-    px, py, pz = offset[i, 0], offset[i, 1], offset[i, 2]
-    for c in range(10):
-        x, y, z = block[3, c], block[4, c], block[5, c]
-        block[3, c] = r00 * x + r01 * y + r02 * z
-        block[4, c] = r10 * x + r11 * y + r12 * z
-        block[5, c] = r20 * x + r21 * y + r22 * z
-    for c in range(6, 10):
-        x, y, z = block[0, c], block[1, c], block[2, c]
-        fx = r00 * x + r01 * y + r02 * z
-        fy = r10 * x + r11 * y + r12 * z
-        fz = r20 * x + r21 * y + r22 * z
-        block[0, c] = fx
-        block[1, c] = fy
-        block[2, c] = fz
-        block[3, c] += py * fz - pz * fy
-        block[4, c] += pz * fx - px * fz
-        block[5, c] += px * fy - py * fx
+def acceleration_columns(al, a):
+    """Of a body that does not turn yet: f = m a + al x h, n = I al + h x a."""
+    return Columns(diagonal(al), products(al), -skew(a), ZERO, skew(al), a)
 
 
 @kernel
-def regressor(parent, rotation, offset, axis, w, w_r, al_r, a_r, thd, thd_r, thdd_r, y, motion, block):
-    """Fill ``y`` (6+n, 10(n+1)) so that y pi is the wrench at base and joints of the given motion.
+def body_columns(w, w_r, al, a):
+    """f = m a + al x h + w x (w_r x h);  n = I al + h x a + w_r x (I w);
+    force columns [0, S(al) + S(w) S(w_r), a]; moment columns [K(al) + S(w_r) K(w), -S(a), 0]."""
+    turning = skew(w_r)
+    return Columns(diagonal(al) + turning @ diagonal(w), products(al) + turning @ products(w), -skew(a), ZERO,
+                   skew(al) + skew(w) @ turning, a)
 
-    ``w``, ``thd``: actual angular velocity (3,) and joint rates (n,); ``w_r``, ``al_r``, ``a_r`` (3,), ``thd_r``,
-    ``thdd_r`` (n,): reference velocities and accelerations (the actual ones for estimation). Work: ``motion``
-    (n+1, 12), ``block`` (6, 10). Columns of a body are carried along its ancestors only; other joint rows are zero.
+
+@kernel
+def columns_to_parent(tree, i, c):
+    """Columns carried through joint ``i``: f_p = R f, n_p = R n + P x (R f). Inertia has no force."""
+    rotation, offset = mat3(tree.rotation[i]), vec3(tree.offset[i])
+    first_force, mass_force = rotation @ c.first_force, rotation @ c.mass_force
+    return Columns(rotation @ c.diagonal, rotation @ c.products, rotation @ c.first + skew(offset) @ first_force,
+                   rotation @ c.mass + cross(offset, mass_force), first_force, mass_force)
+
+
+@kernel
+def moment_along(c, axis):
+    """Row of the moment about ``axis``."""
+    return Row(transpose(c.diagonal) @ axis, transpose(c.products) @ axis, transpose(c.first) @ axis, dot(axis, c.mass))
+
+
+@kernel
+def moment_row(c, k):
+    """Row of the moment's component ``k``."""
+    return Row(row(c.diagonal, k), row(c.products, k), row(c.first, k), c.mass[k])
+
+
+@kernel
+def force_row(c, k):
+    """Row of the force's component ``k``."""
+    return Row(ZERO, ZERO, row(c.first_force, k), c.mass_force[k])
+
+
+@kernel
+def put(ten, y, r, b):
+    """Ten elements into row ``r`` of ``y``, columns of body ``b``."""
+    k = 10 * b
+    y[r, k], y[r, k + 3], y[r, k + 5] = ten.diagonal.x, ten.diagonal.y, ten.diagonal.z
+    y[r, k + 1], y[r, k + 2], y[r, k + 4] = ten.products.x, ten.products.y, ten.products.z
+    y[r, k + 6], y[r, k + 7], y[r, k + 8], y[r, k + 9] = ten.first.x, ten.first.y, ten.first.z, ten.mass
+
+
+@kernel
+def put_moments(c, y, r, b):
+    """Three rows from ``r`` on: the moment's components."""
+    put(moment_row(c, 0), y, r, b)
+    put(moment_row(c, 1), y, r + 1, b)
+    put(moment_row(c, 2), y, r + 2, b)
+
+
+@kernel
+def put_forces(c, y, r, b):
+    """Three rows from ``r`` on: the force's components."""
+    put(force_row(c, 0), y, r, b)
+    put(force_row(c, 1), y, r + 1, b)
+    put(force_row(c, 2), y, r + 2, b)
+
+
+@kernel
+def clear(y):
+    """Fill ``y`` with zeros."""
+    for r in range(y.shape[0]):
+        for c in range(y.shape[1]):
+            y[r, c] = 0.0
+
+
+@kernel
+def regressor(tree, motion, y):
+    """Fill ``y`` (6+n, 10(n+1)) so that y pi is the wrench at base and joints of the given `Motion`.
+
+    Columns of a body are carried along its ancestors only; its other joint rows are zero.
     """
-    body_motion(parent, rotation, offset, axis, w, w_r, al_r, a_r, thd, thd_r, thdd_r, motion)
-    n = parent.shape[0]
+    n = len(tree.parent)
+    bodies = Bodies(stack_array(n + 1, 3), stack_array(n + 1, 3), stack_array(n + 1, 3), stack_array(n + 1, 3))
+    body_motion(tree, motion, bodies)
+    clear(y)
     for b in range(n + 1):
-        first = 10 * b
-        for row in range(n):
-            for c in range(10):
-                y[6 + row, first + c] = 0.0
-        body_block(motion, b, block)
+        c = body_columns(vec3(bodies.w[b]), vec3(bodies.w_r[b]), vec3(bodies.al_r[b]), vec3(bodies.a_r[b]))
         body = b
         while body > 0:
             i = body - 1
-            zx, zy, zz = axis[i, 0], axis[i, 1], axis[i, 2]
-            for c in range(10):
-                y[6 + i, first + c] = zx * block[3, c] + zy * block[4, c] + zz * block[5, c]
-            carry_to_parent(rotation, offset, i, block)
-            body = parent[i]
-        for row in range(6):
-            for c in range(10):
-                y[row, first + c] = block[row, c]
+            put(moment_along(c, vec3(tree.axis[i])), y, 6 + i, b)
+            c = columns_to_parent(tree, i, c)
+            body = tree.parent[i]
+        put_forces(c, y, 0, b)
+        put_moments(c, y, 3, b)

@@ -1,28 +1,20 @@
 """The robot and the parameters believed of it, as component parameters.
 
 A scenario names a model and how wrong the knowledge of it is; `resolve` works that out to numbers before the run, so
-that a bag carries the tree and all parameters and needs no file. ``parent`` travels as numbers and is kept as integers
-in the bits of a float64 array, because kernels index with it (`tree_indices`).
+that a bag carries the tree and all parameters and needs no file.
 """
 
 import numpy as np
 
-from flight_graph.components.records import Array, Choice, Parameters, field
+from flight_graph.components.records import Array, Choice, Integers, Parameters, field
 from flight_graph.errors import FlightError
-from flight_graph.kernel import kernel
+from flight_math import uncompiled
 from spacerobot_ros import recursive_least_squares as rls
 from spacerobot_ros.inertial_parameters import prior
-from spacerobot_ros.model import find_model
-from spacerobot_ros.natural_adaptation import WORK, project
+from spacerobot_ros.natural_adaptation import project
+from spacerobot_ros.robot_files import find_model
 
 NO_LIMIT = 1e9  # [-] in place of an infinite limit
-
-
-@kernel
-def tree_indices(parent, indices):
-    """``indices`` (n,) int64 of the numbers ``parent`` (n,). Call with ``x.parent.view(np.int64)``."""
-    for i in range(parent.shape[0]):
-        indices[i] = int(parent[i])
 
 
 def robot_parameters(joints: int) -> type[Parameters]:
@@ -31,7 +23,7 @@ def robot_parameters(joints: int) -> type[Parameters]:
     class RobotParameters(Parameters):
         model: str = field("mini_space_robot", doc="a robot of the package, or a YAML or URDF file; empty: the numbers "
                                                    "below")
-        parent: Array(joints) = field(0.0, unit="1", ge=0, doc="body that carries each joint; 0 is the base")
+        parent: Integers(joints) = field(0, ge=0, doc="body that carries each joint; 0 is the base")
         fixed_rotation: Array(joints, 9) = field(0.0, unit="1", doc="axes of each body in its parent's at angle zero")
         offset: Array(joints, 3) = field(0.0, unit="m", doc="origin of each body in its parent's axes")
         axis: Array(joints, 3) = field(0.0, unit="1", doc="axis of each joint in its body's axes")
@@ -64,7 +56,7 @@ def resolve_robot(values: dict, where: str, folder=None) -> dict:
     if robot.joints != joints:
         raise FlightError(f"{where}.model: '{robot.name}' has {robot.joints} joints; this component is built "
                           f"for {joints}")
-    found = {"parent": robot.parent.astype(float), "fixed_rotation": robot.fixed_rotation.reshape(joints, 9),
+    found = {"parent": robot.parent, "fixed_rotation": robot.fixed_rotation.reshape(joints, 9),
              "offset": robot.offset, "axis": robot.axis, "pi": robot.pi, "lower": robot.lower, "upper": robot.upper}
     for name, limit in (("lower", -NO_LIMIT), ("upper", NO_LIMIT)):
         found[name] = np.where(np.isfinite(found[name]), found[name], limit)
@@ -78,7 +70,7 @@ def resolve_prior(values: dict, where: str, folder=None) -> dict:
         return values
     believed = prior(values["pi"], values["prior_eta"], values["prior_seed"], values["prior_reading"])
     if values["prior_projected"]:
-        project(believed, 0.02, np.zeros(WORK))
+        uncompiled(project)(believed, 0.02)
     return {**values, "prior": believed.tolist()}
 
 

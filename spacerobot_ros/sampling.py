@@ -3,7 +3,7 @@
 import numpy as np
 
 from spacerobot_ros.dynamics import mass_matrix, reduced_mass_matrix
-from spacerobot_ros.kinematics import joint_rotations
+from spacerobot_ros.kinematics import posed
 from spacerobot_ros.model import SpaceRobot
 
 LIMIT = 2.1  # [-] found by bisection on the mini space robot's step; design to 1
@@ -21,11 +21,8 @@ def sampling_number(robot: SpaceRobot, theta, damping, gain: float, period: floa
 def damping_rates(robot: SpaceRobot, theta, damping) -> np.ndarray:
     """Eigenvalues of M_r^-1 K_D (3+n,), smallest first [1/s]: the poles by which sigma decays."""
     n = robot.joints
-    rotation, h, reduced = np.zeros((n, 3, 3)), np.zeros((6 + n, 6 + n)), np.zeros((3 + n, 3 + n))
-    joint_rotations(robot.fixed_rotation, robot.axis, np.asarray(theta, float), rotation)
-    mass_matrix(
-        robot.parent, rotation, robot.offset, robot.axis, robot.pi, h, np.zeros((n + 1, 10)), np.zeros((n + 1, 6))
-    )
+    h, reduced = np.zeros((6 + n, 6 + n)), np.zeros((3 + n, 3 + n))
+    mass_matrix(posed(robot.geometry, np.asarray(theta, float), np.zeros((n, 3, 3))), robot.pi, h)
     reduced_mass_matrix(h, reduced)
     root = np.sqrt(np.asarray(damping, float))
     return 1.0 / np.linalg.eigvalsh(reduced / np.outer(root, root))[::-1]

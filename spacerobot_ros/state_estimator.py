@@ -6,13 +6,20 @@ measured rates over the sample, as they are or through a first-order low-pass; t
 accelerometer's.
 """
 
-import math
-
 from flight_graph.components.component import Component, same_stamp
-from flight_graph.components.records import Array, Choice, Parameters, State, Vec3, field
-from flight_graph.kernel import kernel
+from flight_graph.components.records import Choice, Parameters, State, field
+from flight_math import (
+    Quaternion,
+    Vec,
+    Vec3,
+    conjugate,
+    exp,
+    kernel,
+    normalised,
+    quaternion_from_rotation_vector,
+    rotation_vector,
+)
 from msg_schemas import spacerobot
-from spacerobot_ros.kinematics import attitude_difference, rotation_vector
 
 DIFFERENCED, FILTERED = 0, 1
 
@@ -25,94 +32,68 @@ class StateEstimatorParameters(Parameters):
 
 
 def estimator_state(joints):
-    """State of the estimator."""
+    """State of the estimator: attitude, gyro bias, the rates of the sample before, low-passed accelerations."""
 
     class StateEstimatorState(State):
         begun: bool
         samples: float
-        q: Array(4)
-        measured: Array(4)
-        difference: Array(4)
+        attitude: Quaternion
         bias: Vec3
-        rate: Vec3
         rate_before: Vec3
-        residual: Vec3
-        joint_rate_before: Array(joints)
-        angular: Vec3
-        joint_acceleration: Array(joints)
+        joint_rate_before: Vec(joints)
+        acceleration: Vec3
+        joint_acceleration: Vec(joints)
 
     return StateEstimatorState
 
 
 @kernel
-def turn(q, x, y, z):
-    """q <- q * exp((x, y, z) / 2), scalar first, normalised."""
-    angle = math.sqrt(x * x + y * y + z * z)
-    factor = 0.5 if angle < 1e-9 else math.sin(0.5 * angle) / angle
-    c, x, y, z = math.cos(0.5 * angle), factor * x, factor * y, factor * z
-    a, b, d, e = q[0], q[1], q[2], q[3]
-    q[0] = a * c - b * x - d * y - e * z
-    q[1] = a * x + b * c + d * z - e * y
-    q[2] = a * y - b * z + d * c + e * x
-    q[3] = a * z + b * y - d * x + e * c
-    norm = math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
-    for k in range(4):
-        q[k] /= norm
+def turned(q, v):
+    """The attitude after a turn by the rotation vector ``v`` [rad], body axes."""
+    return normalised(q * quaternion_from_rotation_vector(v))
 
 
 @kernel
-def correct(p, x, star_tracker):
+def correct(p, x, measured):
     """Take a star tracker measurement; the first one is the attitude."""
-    x.measured[0] = star_tracker.quaternion[3]
-    for k in range(3):
-        x.measured[1 + k] = star_tracker.quaternion[k]
     if not x.begun:
-        x.begun = True
-        for k in range(4):
-            x.q[k] = x.measured[k]
+        x.begun, x.attitude = True, measured
         return
-    attitude_difference(x.q[:], x.measured[:], x.difference[:])
-    rotation_vector(x.difference[:], x.residual[:])
-    turn(x.q[:], p.attitude_gain * x.residual[0], p.attitude_gain * x.residual[1], p.attitude_gain * x.residual[2])
-    for k in range(3):
-        x.bias[k] -= p.bias_gain * x.residual[k]
+    residual = rotation_vector(conjugate(x.attitude) * measured)
+    x.attitude = turned(x.attitude, p.attitude_gain * residual)
+    x.bias = x.bias - p.bias_gain * residual
 
 
 @kernel
-def estimate(t_ns, p, x, imu, star_tracker, joint_states, base_torque, odometry, joints, accelerations, torque):
+def accelerate(p, x, rate, joint_rates):
+    """Accelerations by the difference of the rates from the sample before, as they are or low-passed."""
+    share = 1.0 if p.accelerations == DIFFERENCED else 1.0 - exp(-p.bandwidth * p.period)
+    if x.samples > 0.0:
+        x.acceleration = x.acceleration + share * ((rate - x.rate_before) / p.period - x.acceleration)
+        x.joint_acceleration = x.joint_acceleration + share * (
+            (joint_rates - x.joint_rate_before) / p.period - x.joint_acceleration)
+    x.rate_before, x.joint_rate_before = rate, joint_rates
+
+
+@kernel
+def estimate(t_ns, p, x, inputs, outputs):
     """One sample. The attitude is published as identity until a star tracker measurement is there."""
-    n = joint_states.position.shape[0]
-    for k in range(3):
-        x.rate[k] = imu.angular_velocity[k] - x.bias[k]
+    imu, star_tracker, joint_states, odometry = inputs.imu, inputs.star_tracker, inputs.joint_states, outputs.odometry
+    rate = imu.angular_velocity - x.bias
     if x.begun:
-        half = 0.5 * p.period
-        turn(x.q[:], half * (x.rate[0] + x.rate_before[0]), half * (x.rate[1] + x.rate_before[1]),
-             half * (x.rate[2] + x.rate_before[2]))
+        x.attitude = turned(x.attitude, 0.5 * p.period * (rate + x.rate_before))
     if star_tracker.header.stamp.sec != 0 and same_stamp(star_tracker.header.stamp, odometry.header.stamp):
-        correct(p, x, star_tracker)
-    share = 1.0 if p.accelerations == DIFFERENCED else 1.0 - math.exp(-p.bandwidth * p.period)
-    known = x.samples > 0.0
-    for k in range(3):
-        if known:
-            x.angular[k] += share * ((x.rate[k] - x.rate_before[k]) / p.period - x.angular[k])
-        x.rate_before[k] = x.rate[k]
-        odometry.twist.twist.angular[k] = x.rate[k]
-        odometry.pose.pose.orientation[k] = x.q[1 + k]
-        accelerations.angular[k] = x.angular[k]
-        accelerations.translation[k] = imu.linear_acceleration[k]
-        torque.wrench.torque[k] = base_torque.wrench.torque[k]
-    odometry.pose.pose.orientation[3] = x.q[0] if x.begun else 1.0
-    for i in range(n):
-        if known:
-            slope = (joint_states.velocity[i] - x.joint_rate_before[i]) / p.period
-            x.joint_acceleration[i] += share * (slope - x.joint_acceleration[i])
-        x.joint_rate_before[i] = joint_states.velocity[i]
-        joints.position[i] = joint_states.position[i]
-        joints.velocity[i] = joint_states.velocity[i]
-        joints.effort[i] = joint_states.effort[i]
-        accelerations.joints[i] = x.joint_acceleration[i]
-    accelerations.known = 1.0 if known else 0.0
+        correct(p, x, star_tracker.quaternion)
+    outputs.accelerations.known = 1.0 if x.samples > 0.0 else 0.0
+    accelerate(p, x, rate, joint_states.velocity)
     x.samples += 1.0
+    odometry.pose.pose.orientation = x.attitude if x.begun else Quaternion(0.0, 0.0, 0.0, 1.0)
+    odometry.twist.twist.angular = rate
+    outputs.accelerations.angular, outputs.accelerations.joints = x.acceleration, x.joint_acceleration
+    outputs.accelerations.translation = imu.linear_acceleration
+    outputs.torque.wrench.torque = inputs.base_torque.wrench.torque
+    joints = outputs.joints
+    joints.position, joints.velocity, joints.effort = joint_states.position, joint_states.velocity, joint_states.effort
 
 
 def estimator(topics: spacerobot.Topics) -> type[Component]:

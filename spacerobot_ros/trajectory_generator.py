@@ -7,14 +7,13 @@ Channels: roll, pitch, yaw (Euler ZYX), then the joints.
 import numpy as np
 
 from flight_graph.components.component import Component
-from flight_graph.components.records import Array, Choice, State, Vec3, field
+from flight_graph.components.records import Array, Choice, field
 from flight_graph.errors import FlightError
-from flight_graph.kernel import kernel
 from flight_graph.timebase import SECOND
+from flight_math import kernel, stack_array
 from msg_schemas import spacerobot
-from spacerobot_ros.kinematics import attitude_difference, rotation_vector
 from spacerobot_ros.robot_parameters import NO_LIMIT, resolve_robot, robot_parameters
-from spacerobot_ros.trajectory import euler_attitude, harmonic_reference, hold_within, slew_reference, step_reference
+from spacerobot_ros.trajectory import harmonic_reference, hold_within, slew_reference, step_reference
 
 STEP, SLEW, HARMONIC = 0, 1, 2
 
@@ -37,54 +36,19 @@ def generator_parameters(joints):
     return TrajectoryParameters
 
 
-def generator_state(joints):
-    """State of the generator: the slew's turn, and scratch arrays."""
-
-    class TrajectoryState(State):
-        q: Array(4)
-        q_start: Array(4)
-        difference: Array(4)
-        turn: Vec3
-        base_motion: Array(2, 3)
-        joint_motion: Array(3, joints)
-        work: Array(3, 3)
-
-    return TrajectoryState
-
-
-@kernel
-def start(p, x):
-    for k in range(3):
-        x.work[0, k] = 0.0
-    euler_attitude(p.target[0:3], x.work[0], x.work[0], x.q[:], x.base_motion[0], x.base_motion[1])
-    euler_attitude(p.begin[0:3], x.work[0], x.work[0], x.q_start[:], x.base_motion[0], x.base_motion[1])
-    attitude_difference(x.q_start[:], x.q[:], x.difference[:])
-    rotation_vector(x.difference[:], x.turn[:])
-
-
 @kernel
 def generate(t_ns, p, x, reference):
     """The desired motion at t."""
-    t = t_ns / SECOND
+    t, joints = t_ns / SECOND, stack_array(3, len(p.parent))
     if p.motion == STEP:
-        step_reference(p.target[:], x.q[:], x.base_motion[0], x.base_motion[1], x.joint_motion[0],
-                       x.joint_motion[1], x.joint_motion[2], x.work[:])
+        desired = step_reference(p, joints)
     elif p.motion == SLEW:
-        slew_reference(t, p.duration, x.q_start[:], x.turn[:], p.begin[3:], p.target[3:], x.q[:], x.base_motion[0],
-                       x.base_motion[1], x.joint_motion[0], x.joint_motion[1], x.joint_motion[2], x.work[0])
+        desired = slew_reference(p, t, joints)
     else:
-        harmonic_reference(t, p.target[:], p.amplitude[:], p.cycle[:], p.phase[:], x.q[:], x.base_motion[0],
-                           x.base_motion[1], x.joint_motion[0], x.joint_motion[1], x.joint_motion[2], x.work[:])
-    reference.held = float(hold_within(x.joint_motion[0], x.joint_motion[1], x.joint_motion[2], p.lower[:], p.upper[:]))
-    reference.attitude[3] = x.q[0]
-    for k in range(3):
-        reference.attitude[k] = x.q[1 + k]
-        reference.rates[k] = x.base_motion[0, k]
-        reference.angular_acceleration[k] = x.base_motion[1, k]
-    for i in range(x.joint_motion.shape[1]):
-        reference.joints[i] = x.joint_motion[0, i]
-        reference.joint_rates[i] = x.joint_motion[1, i]
-        reference.joint_accelerations[i] = x.joint_motion[2, i]
+        desired = harmonic_reference(p, t, joints)
+    reference.held = hold_within(p, joints)
+    reference.attitude, reference.rates, reference.angular_acceleration = desired
+    reference.joints, reference.joint_rates, reference.joint_accelerations = joints[0], joints[1], joints[2]
 
 
 def check_stops(values, where):
@@ -108,10 +72,10 @@ def generator(topics: spacerobot.Topics) -> type[Component]:
     class TrajectoryGenerator(Component):
         """Desired motion of base attitude and joints: step, quintic slew, or harmonics."""
 
-        parameters, state = generator_parameters(topics.joints), generator_state(topics.joints)
+        parameters = generator_parameters(topics.joints)
         outputs = {"reference": topics.reference}
         rate_hz = 50.0
-        start, kernel = start, generate
+        kernel = generate
 
         @classmethod
         def resolve(cls, values, where, folder=None):

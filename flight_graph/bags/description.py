@@ -6,11 +6,15 @@ from pathlib import Path
 
 import yaml
 
+from flight_graph import yaml_text
+from flight_graph.text_files import read_bytes
 from msg_schemas.qos import Qos
 
 VERSION = 9
 DISTRO = "jazzy"
 FILE_NAME = "metadata.yaml"
+LARGEST = 8 << 20  # [bytes] of metadata.yaml
+MOST_VALUES = 400_000  # in it
 _UNLIMITED = {"sec": 9223372036, "nsec": 854775807}  # rmw's infinite duration
 
 
@@ -87,8 +91,8 @@ def to_yaml(content: dict) -> str:
 
 
 def from_yaml(text):
-    """Parse YAML text (with libyaml where PyYAML was built with it)."""
-    return yaml.load(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+    """Parse the YAML text of a bag. Raises ValueError."""
+    return yaml_text.parse(text, FILE_NAME, MOST_VALUES, LARGEST)
 
 
 class _Plain(yaml.SafeDumper):
@@ -109,7 +113,7 @@ def write_description(folder: Path, content: dict) -> None:
 def read_description(folder: Path) -> dict:
     """The content of metadata.yaml. Raises ValueError with a sentence where it is none."""
     try:
-        content = from_yaml((folder / FILE_NAME).read_bytes())["rosbag2_bagfile_information"]
+        content = from_yaml(read_bytes(folder / FILE_NAME, FILE_NAME, LARGEST))["rosbag2_bagfile_information"]
         if not isinstance(content, dict) or not isinstance(content["relative_file_paths"], list):
             raise TypeError
     except (yaml.YAMLError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:

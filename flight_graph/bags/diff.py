@@ -152,7 +152,10 @@ def _compare_fields(a, b, vectors, names=()):
 def _compare_column(a, b):
     if a.dtype == object or b.dtype == object or a.dtype.kind != b.dtype.kind == "V":
         wrong = np.array([not _same(x, y) for x, y in zip(a, b)], bool)
-        return wrong, FieldDifference(np.inf, np.inf) if wrong.any() else None
+        if not wrong.any():
+            return wrong, None
+        gaps = np.array([_gap(x, y) for x, y in zip(a[wrong], b[wrong])], float)
+        return wrong, FieldDifference(float(gaps[:, 0].max()), float(gaps[:, 1].max()))
     wrong = a != b
     if a.dtype.kind == "V":
         return wrong, FieldDifference(np.inf, np.inf) if wrong.any() else None
@@ -182,7 +185,45 @@ def _same(x, y):
         if x.dtype == object:
             return all(_same(p, q) for p, q in zip(x.ravel(), y.ravel()))
         return x.tobytes() == y.tobytes()
+    if isinstance(x, list) and isinstance(y, list):
+        return len(x) == len(y) and all(_same(p, q) for p, q in zip(x, y))
     return type(x) is type(y) and x == y
+
+
+def floats(value):
+    """Yield every float of a decoded value, structures and lists walked through, as arrays."""
+    if isinstance(value, np.ndarray) and value.dtype.names:
+        for name in value.dtype.names:
+            yield from floats(value[name])
+    elif isinstance(value, np.ndarray) and value.dtype.kind == "f":
+        yield value.astype(float).ravel()
+    elif isinstance(value, list) or isinstance(value, np.ndarray) and value.dtype == object:
+        for entry in value:
+            yield from floats(entry)
+
+
+def _gap(x, y):
+    """(absolute, relative) difference of two decoded values that differ in floats alone; infinite where in more."""
+    left, right = list(floats(x)), list(floats(y))
+    if [part.shape for part in left] != [part.shape for part in right] or not _same(_without_floats(x), _without_floats(y)):
+        return np.inf, np.inf
+    left, right = np.concatenate(left or [np.empty(0)]), np.concatenate(right or [np.empty(0)])
+    if not np.array_equal(np.isfinite(left), np.isfinite(right)):
+        return np.inf, np.inf
+    gap, size = np.abs(left - right), np.fmax(np.abs(left), np.abs(right))
+    where = gap > 0
+    return (float(gap.max(initial=0.0)), float((gap[where] / size[where]).max(initial=0.0)))
+
+
+def _without_floats(value):
+    """A decoded value with its floats left out."""
+    if isinstance(value, np.ndarray) and value.dtype.names:
+        return [_without_floats(value[name]) for name in value.dtype.names]
+    if isinstance(value, np.ndarray) and value.dtype.kind == "f":
+        return value.shape
+    if isinstance(value, list) or isinstance(value, np.ndarray) and value.dtype == object:
+        return [_without_floats(entry) for entry in value]
+    return value
 
 
 def _plain(value):

@@ -30,9 +30,9 @@ import math
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from flight_graph import yaml_text
 from flight_graph.claims.claim_expressions import Several, evaluate, names
 from flight_graph.claims.claim_runs import RunEntry, run_all
 from flight_graph.errors import FlightError, unknown
@@ -169,7 +169,7 @@ def read(paper: str) -> ClaimsFile:
     if paper not in known:
         raise unknown("paper", paper, known)
     try:
-        found = ClaimsFile.model_validate(yaml.safe_load(known[paper].read_text(encoding="utf-8")))
+        found = ClaimsFile.model_validate(yaml_text.read(known[paper]))
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"]))

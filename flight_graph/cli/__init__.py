@@ -7,12 +7,13 @@ def main() -> int:
     """Run the command line; a FlightError becomes its sentence and status 2."""
     from flight_graph.cli.app import app
     from flight_graph.errors import FlightError
+    from flight_graph.text_files import printable, short
     sys.stdout.reconfigure(errors="backslashreplace")  # a pipe of Windows has no Greek letters
     try:
         app()
     except FlightError as error:
         from rich.console import Console
         Console(stderr=True, soft_wrap=True, highlight=False).print("[red]error:[/red] ", end="")
-        print(error, file=sys.stderr)
+        print(short(printable(str(error)), 8000), file=sys.stderr)
         return 2
     return 0

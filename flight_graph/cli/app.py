@@ -2,7 +2,7 @@
 
 import typer
 
-from flight_graph.cli import bags, check, claims, demo, design, doctor, identify, replay, scenarios, sweep
+from flight_graph.cli import bags, check, claims, compile, demo, design, doctor, identify, replay, scenarios, sweep
 
 app = typer.Typer(
     name="flight", no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="rich",
@@ -10,6 +10,7 @@ app = typer.Typer(
          "Example: [bold]flight run cubli_asteroid[/bold]")
 scenarios.register(app)
 check.register(app)
+compile.register(app)
 sweep.register(app)
 bags.register(app)
 replay.register(app)

@@ -9,7 +9,9 @@ from typing import Annotated
 import typer
 
 from flight_graph.cli.show import add, console, number, status, working
+from flight_graph.cli.trust import Trust, asked
 from flight_graph.errors import FlightError, unknown
+from flight_graph.text_files import printable
 
 BagPath = Annotated[Path, typer.Argument(help="A bag: its folder, or an .mcap file.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
@@ -52,7 +54,8 @@ def info(
     if attachment is not None:
         if attachment not in content.attachments:
             raise unknown("attachment", attachment, content.attachments, str(bag))
-        sys.stdout.write(content.attachments[attachment].data.decode(errors="replace"))
+        text = content.attachments[attachment].data.decode(errors="replace")
+        sys.stdout.write(printable(text) if sys.stdout.isatty() else text)  # what is read must be what runs
         return
     seconds = (content.end_ns - content.start_ns) / 1e9
     topics = [{"topic": topic.name, "type": topic.type_name, "count": topic.count,
@@ -73,12 +76,12 @@ def info(
     console.print(table)
     for topic in topics:
         if topic["problem"]:
-            console.print(f"not decoded: {topic['topic']} {topic['problem']}", highlight=False, markup=False)
+            console.print(printable(f"not decoded: {topic['topic']} {topic['problem']}"), highlight=False, markup=False)
     for record in content.all_metadata:
         if record.name not in _HIDDEN:
-            console.print(f"{record.name}: " + ", ".join(f"{key} {value}" for key, value in record.metadata.items()),
-                          highlight=False, markup=False)
-    console.print("attachments: " + ", ".join(report["attachments"]), highlight=False, markup=False)
+            text = f"{record.name}: " + ", ".join(f"{key} {value}" for key, value in record.metadata.items())
+            console.print(printable(text), highlight=False, markup=False)
+    console.print(printable("attachments: " + ", ".join(report["attachments"])), highlight=False, markup=False)
 
 
 def tell_unchecked(*bags) -> None:
@@ -108,19 +111,18 @@ def _mean_rate(stamps):
 def plot(
     bag: BagPath,
     out: Annotated[Path | None, typer.Option(help="The PNG to write; beside the bag when left out.")] = None,
+    trust: Trust = False,
 ) -> None:
     """Draw a run's overview figure from its bag."""
     from flight_graph.recordings.recording import open_run
-    _, scenario, signals = open_run(bag)
+    _, scenario, signals = open_run(bag, asked(trust), with_figure=True)
     print(draw_overview(scenario, signals, out or bag.with_name(bag.stem + ".png")))
 
 
 def draw_overview(scenario, signals, path: Path) -> Path:
     """The figure that the scenario names. Raises FlightError when it names none."""
-    from flight_graph.graphs.metrics import load
-    if not scenario.file.figure:
-        raise FlightError(f"{scenario.name} names no figure")
-    return load(scenario.file.figure)(scenario, signals, path)
+    from flight_graph.graphs.metrics import figure
+    return figure(scenario)(scenario, signals, path)
 
 
 def recover(

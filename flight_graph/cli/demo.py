@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from flight_graph.cli.show import RunProgress, console, metrics_table, status
+from flight_graph.cli.trust import Trust, asked
 
 
 def register(app: typer.Typer) -> None:
@@ -16,6 +17,7 @@ def register(app: typer.Typer) -> None:
 def demo(
     scenario: Annotated[str, typer.Argument(help="The scenario to show.")] = "cubli_asteroid",
     duration: Annotated[float | None, typer.Option(help="Simulated seconds.")] = None,
+    trust: Trust = False,
 ) -> None:
     """Run a scenario as ROS 2 nodes in lockstep, record it, judge the claims that it can, and draw its figure."""
     from flight_graph import runs
@@ -24,7 +26,7 @@ def demo(
     from flight_graph.cli.claims import table
     from flight_graph.graphs.scenario import load
     from flight_graph.recordings.recording import open_run
-    loaded = load(scenario, {} if duration is None else {"duration_s": duration})
+    loaded = load(scenario, {} if duration is None else {"duration_s": duration}, consent=asked(trust))
     engine = "ros" if importlib.util.find_spec("rclpy") else "compiled"
     if engine == "compiled":
         status("rclpy is not installed here: running in the compiled engine (the bag's messages are the same)")
@@ -35,6 +37,6 @@ def demo(
     if loaded.file.paper:
         console.print(table(claims.read(loaded.file.paper),
                             claims.judge_run(loaded.file.paper, loaded.name, outcome.metrics)))
-    _, recorded, signals = open_run(outcome.bag)
-    figure = draw_overview(recorded, signals, Path(f"{outcome.bag}.png"))
+    _, _, signals = open_run(outcome.bag, trust=True)  # what has just run
+    figure = draw_overview(loaded, signals, Path(f"{outcome.bag}.png"))
     print(f"bag:    {outcome.bag}\nfigure: {figure}")

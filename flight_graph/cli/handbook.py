@@ -8,8 +8,7 @@ import pkgutil
 import sys
 from pathlib import Path
 
-import yaml
-
+from flight_graph import yaml_text
 from flight_graph.components import registry
 from flight_graph.graphs import scenario
 from flight_graph.graphs.scenario_file import PARTS, ScenarioFile
@@ -39,7 +38,7 @@ def reference() -> str:
 def _scenarios():
     yield from ["## Scenarios", "", "| scenario | what it is | simulated |", "|---|---|---|"]
     for name, path in scenario.available().items():
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
+        data = yaml_text.read(path)
         yield f"| `{name}` | {_cell(data['title'])} | {data['duration_s']:g} s |"
     yield ""
 

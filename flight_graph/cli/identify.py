@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from flight_graph.cli.show import console
+from flight_graph.cli.trust import Trust, asked
 
 REPORTS = "spacerobot_ros.identifiability_report"  # the module that knows robots
 
@@ -22,12 +23,13 @@ def identify(
     cut: Annotated[float, typer.Option(help="Singular values below this part of the largest count as zero.")] = 1e-10,
     settings: Annotated[list[str] | None, typer.Option(
         "--set", metavar="COMPONENT.PARAM=VALUE", help="Change a parameter of the scenario; may be repeated.")] = None,
+    trust: Trust = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")] = False,
 ) -> None:
     """Rank, singular values, and which parameters are identifiable, on their own or in which combinations."""
     from flight_graph.cli.scenarios import parse_settings
     from flight_graph.graphs.scenario import load
-    scenario = None if trajectory == "random" else load(trajectory, parse_settings(settings))
+    scenario = None if trajectory == "random" else load(trajectory, parse_settings(settings), consent=asked(trust))
     reports = importlib.import_module(REPORTS)
     found = reports.report(reports.robot_named(robot), scenario, rows, cut)
     alone = [name for name, single in zip(found.names, found.individual) if single]

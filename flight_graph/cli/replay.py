@@ -9,13 +9,12 @@ import typer
 from flight_graph.cli.bags import BagPath, Topics, tell_unchecked
 from flight_graph.cli.scenarios import CheckBounds, Json, parse_settings, prepare_engine
 from flight_graph.cli.show import console, fields_table, status, steps
+from flight_graph.cli.trust import Trust, asked
 from flight_graph.errors import FlightError
 
-Trust = Annotated[bool, typer.Option("--trust", help="Run component files that the bag carries. Read them first.")]
 Tolerance = Annotated[float, typer.Option(
     min=0.0, help="Where versions differ: allowed difference, relative to a field's largest magnitude; a field may always "
                   "differ by its floor, mostly 1e-12 of its unit.")]
-
 
 
 
@@ -39,7 +38,7 @@ def verify(
     from flight_graph.runs import verify as run_again
     with steps(f"verify {bag}", not as_json) as advance:
         result = run_again(
-            bag, engine, trust=trust, tolerance=tolerance, check_bounds=check_bounds,
+            bag, engine, trust=asked(trust), tolerance=tolerance, check_bounds=check_bounds,
             progress=lambda seconds: advance(seconds, None, "s simulated"),
             compiling=lambda done, total, names: advance(done, total, f"compiling {names} (once; it is kept)"))
     if as_json:
@@ -66,7 +65,7 @@ def replay(
     from flight_graph.runs import replay as run_again
     with steps(f"replay {component}", not as_json) as advance:
         result = run_again(
-            bag, component, engine, settings=parse_settings(settings), trust=trust, tolerance=tolerance,
+            bag, component, engine, settings=parse_settings(settings), trust=asked(trust), tolerance=tolerance,
             check_bounds=check_bounds, progress=lambda seconds: advance(seconds, None, "s simulated"))
     if as_json:
         print(json.dumps({"bag": str(bag), "holds": result.holds, **result.plain()}, default=str))

@@ -7,10 +7,13 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-import yaml
 
+from flight_graph import yaml_text
+from flight_graph.cli.scenario_tables import show
 from flight_graph.cli.show import RunProgress, add, console, metrics_table, status
+from flight_graph.cli.trust import Trust, asked
 from flight_graph.errors import FlightError
+from flight_graph.text_files import short
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
 Settings = Annotated[list[str] | None, typer.Option(
@@ -36,16 +39,16 @@ def register(app: typer.Typer) -> None:
 
 def list_(
     scenario: Annotated[str | None, typer.Argument(help="A scenario to look into.")] = None,
+    trust: Trust = False,
     as_json: Json = False,
 ) -> None:
     """List scenarios and components, or show one scenario's graph: rates, topics, connections, parameters."""
     from flight_graph.components import registry
     from flight_graph.graphs import scenario as scenarios
     if scenario:
-        _show_scenario(scenarios.load(scenario), as_json)
+        show(scenario, trust, as_json)
         return
-    titles = {name: yaml.safe_load(path.read_text(encoding="utf-8"))["title"]
-              for name, path in scenarios.available().items()}
+    titles = {name: yaml_text.read(path)["title"] for name, path in scenarios.available().items()}
     components = {name: found.summary() for name, found in registry.components().items()}
     if as_json:
         print(json.dumps({"scenarios": titles, "components": components}))
@@ -60,7 +63,7 @@ def list_(
 
 def run(
     scenario: Annotated[str, typer.Argument(help="A scenario's name, or the path of a YAML file.")],
-    engine: Annotated[str, typer.Option(help="compiled, python (the same source, uncompiled) or ros.")] = "compiled",
+    engine: Annotated[str, typer.Option(help="compiled, python (the same kernels, uncompiled) or ros.")] = "compiled",
     pace: Annotated[str, typer.Option(help="ros only: lockstep, realtime or realtime:FACTOR.")] = "lockstep",
     settings: Settings = None,
     params: Params = None,
@@ -69,6 +72,7 @@ def run(
     duration: Annotated[float | None, typer.Option(help="Simulated seconds.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the bag (a new one).")] = None,
     check_bounds: CheckBounds = False,
+    trust: Trust = False,
     as_json: Json = False,
 ) -> None:
     """Run a scenario, record it to a bag, and print its metrics."""
@@ -76,7 +80,8 @@ def run(
     from flight_graph import runs
     from flight_graph.engines.choice import check_engine
     from flight_graph.graphs import scenario as scenarios
-    loaded = scenarios.load(scenario, overrides(scenario, settings, params, seed, duration), case)
+    consent = asked(trust)
+    loaded = scenarios.load(scenario, overrides(scenario, settings, params, seed, duration, consent), case, consent)
     check_engine(loaded, engine)
     folder = runs.new_folder(out, loaded, engine)
     for warning in loaded.warnings():
@@ -141,19 +146,19 @@ def parse_settings(settings) -> dict:
         if not equals or not key:
             raise FlightError(f"--set {text}: write COMPONENT.PARAM=VALUE")
         try:
-            parsed[key] = yaml.safe_load(value)
-        except yaml.YAMLError:
-            raise FlightError(f"--set {text}: '{value}' is no value") from None
+            parsed[key] = yaml_text.parse(value, "")
+        except FlightError:
+            raise FlightError(f"--set {short(text)}: '{short(value)}' is no value") from None
     return parsed
 
 
-def overrides(scenario, settings, params=None, seed=None, duration=None) -> dict:
-    """What the options of a command set in a scenario, by key."""
+def overrides(scenario, settings, params=None, seed=None, duration=None, consent=None) -> dict:
+    """What the options of a command set in a scenario, by key. consent: as for `scenario.load`; None: to everything."""
     found = {}
     if params:
         from flight_graph.components import parameter_file
         from flight_graph.graphs import scenario as scenarios
-        data, _, folder = scenarios.read(scenario)
+        data, _, folder = scenarios.read(scenario, **({"consent": consent} if consent else {}))
         for path in params:
             values, remarks = parameter_file.overrides(path, data["components"], folder)
             found.update(values)
@@ -165,26 +170,3 @@ def overrides(scenario, settings, params=None, seed=None, duration=None) -> dict
     if duration is not None:
         found["duration_s"] = duration
     return found
-
-
-def _show_scenario(scenario, as_json):
-    if as_json:
-        print(json.dumps(scenario.resolved()))
-        return
-    from rich.table import Table
-    from rich.text import Text
-    console.print(Text.assemble((scenario.name, "bold"), f": {scenario.file.title}\n{scenario.file.description}".rstrip()))
-    table = Table("component", "is a", "rate [Hz]", "input <- source", "output topics")
-    for name, node_ in scenario.graph.nodes.items():
-        inputs = [f"{port} <- {edge.node}.{edge.port}{' (delay 1)' if edge.delay else ''}"
-                  for port, edge in node_.inputs.items()]
-        topics = ["/" + signal.topic for signal in node_.component.outputs.values()]
-        add(table, name, node_.use, f"{node_.rate_hz:g}", "\n".join(inputs), "\n".join(topics))
-    console.print(table)
-    table = Table("parameter", "value", "allowed", "meaning", "source")
-    for name, node_ in scenario.graph.nodes.items():
-        for entry in node_.component.parameters.entries.values():
-            add(table, f"{name}.{entry.name}", node_.values[entry.name], entry.range_text, entry.doc, entry.source)
-    console.print(table)
-    if scenario.vary:
-        console.print(f"flight sweep {scenario.name}: {scenario.vary.count} cases of {', '.join(scenario.vary.keys())}")

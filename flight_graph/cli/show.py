@@ -9,6 +9,8 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
+from flight_graph.text_files import printable
+
 _ROWS = 40  # of the table of differing fields
 
 console = Console(soft_wrap=not sys.stdout.isatty(), width=None if sys.stdout.isatty() else 160)
@@ -17,7 +19,7 @@ _errors = Console(stderr=True)
 
 def status(text: str) -> None:
     """A line for a person, on standard error."""
-    _errors.print(text, highlight=False)
+    _errors.print(printable(text), highlight=False, markup=False)
 
 
 class RunProgress:
@@ -80,7 +82,7 @@ def working(text: str, wanted: bool):
 
 def add(table: Table, *cells) -> None:
     """Add a row of plain text: brackets (``[rad]``) stand for themselves."""
-    table.add_row(*(Text(str(cell)) for cell in cells))
+    table.add_row(*(Text(printable(str(cell))) for cell in cells))
 
 
 def metrics_table(scenario, outcome) -> Table:

@@ -9,6 +9,7 @@ import typer
 
 from flight_graph.cli.scenarios import Json, Params, Settings, overrides
 from flight_graph.cli.show import add, console, number, steps
+from flight_graph.cli.trust import Trust, asked
 from flight_graph.errors import FlightError
 
 SHOWN_FAILURES = 5
@@ -27,6 +28,7 @@ def sweep(
     duration: Annotated[float | None, typer.Option(help="Simulated seconds of each run.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the table (a new one, except with --resume).")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Continue the sweep in --out.")] = False,
+    trust: Trust = False,
     as_json: Json = False,
 ) -> None:
     """Run all cases of a scenario's 'vary' block; one row of a parquet table for each run.
@@ -36,8 +38,9 @@ def sweep(
     from flight_graph import runs as one_run
     from flight_graph.graphs import scenario as scenarios
     from flight_graph.sweeps import sweep as sweeps
-    given = overrides(scenario, settings, params, None, duration)
-    prepared = sweeps.Sweep(scenarios.load(scenario, given), given)
+    consent = asked(trust)
+    given = overrides(scenario, settings, params, None, duration, consent)
+    prepared = sweeps.Sweep(scenarios.load(scenario, given, consent=consent), given)
     prepared.cases(runs)
     if resume and out is None:
         raise FlightError("--resume: name the sweep's folder with --out")

@@ -72,7 +72,7 @@ class Component:
     rate_hz: ClassVar[float] = 100.0
     output_rate_hz: ClassVar[dict[str, float]] = {}  # outputs slower than the component
     formatted: ClassVar[tuple[Formatted, ...]] = ()
-    faults: ClassVar[dict[int, str]] = {}  # state.fault -> sentence; {name} takes parameters and state entries
+    faults: ClassVar[dict[int, str]] = {}  # state.fault -> sentence; {name}: of parameters, state, outputs
     optional_inputs: ClassVar[tuple[str, ...]] = ()  # may stay unconnected (they read zero)
     tolerates_nonfinite: ClassVar[tuple[str, ...]] = ()  # inputs whose NaN the kernel handles itself
     start = None

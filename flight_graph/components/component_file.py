@@ -1,6 +1,7 @@
 """Loading a user's file: what is wrong with it is a sentence with its line."""
 
 import importlib
+import importlib.machinery
 import importlib.util
 import re
 import sys
@@ -14,6 +15,13 @@ from flight_graph.components.places import innermost, said
 from flight_graph.errors import FlightError
 
 
+class _Source(importlib.machinery.SourceFileLoader):
+    """Compiles what stands in the file: a compiled form beside it (``__pycache__``) may be of another content."""
+
+    def get_code(self, fullname):
+        return self.source_to_code(self.get_data(self.path), self.path)
+
+
 def load(source: str):
     """The module of a Python file. Raises FlightError."""
     path = Path(source).resolve()
@@ -24,7 +32,7 @@ def load(source: str):
             return module
     if path.stem in sys.modules:
         raise FlightError(f"{path}: a module called '{path.stem}' is loaded already; rename the file")
-    spec = importlib.util.spec_from_file_location(path.stem, path)
+    spec = importlib.util.spec_from_file_location(path.stem, path, loader=_Source(path.stem, str(path)))
     module = importlib.util.module_from_spec(spec)
     sys.modules[path.stem] = module
     try:

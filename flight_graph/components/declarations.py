@@ -139,7 +139,8 @@ def _check_lists(cls):
 def _check_faults(cls):
     if not isinstance(cls.faults, dict):
         refuse(cls, "faults", f"{cls.faults!r} is not allowed; allowed: {{1: 'sentence', ...}}")
-    known = [*cls.parameters.dtype.names, *cls.state.dtype.names]
+    known = [*cls.parameters.dtype.names, *cls.state.dtype.names,
+             *(name for signal in cls.outputs.values() for name in signal.dtype.names)]
     for code, sentence in cls.faults.items():
         if not isinstance(code, int) or code == 0 or not isinstance(sentence, str):
             refuse(cls, "faults", f"{code!r}: {sentence!r} is not allowed; allowed: a whole number that is not 0, "
@@ -151,5 +152,5 @@ def _check_faults(cls):
         for name in names:
             root = name.partition("[")[0].partition(".")[0]
             if root not in known:
-                refuse(cls, "faults", f"the sentence of {code} names '{root}', which is neither a parameter nor in the "
-                                      f"state; {nearest(root, known, 'known are')}")
+                refuse(cls, "faults", f"the sentence of {code} names '{root}', which is no parameter, nor in the "
+                                      f"state or an output; {nearest(root, known, 'known are')}")

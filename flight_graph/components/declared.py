@@ -38,9 +38,9 @@ def resolved(component, values: dict, where: str, folder: Path | None) -> dict:
         if name not in component.parameters.entries:
             raise ComponentMistake(f"{place}it returns a parameter '{name}' that there is not; "
                               f"{nearest(str(name), component.parameters.entries)}")
-    found = {name: value.tolist() if hasattr(value, "tolist") else value for name, value in found.items()}
     missing = [name for name in component.parameters.entries if name not in found]
     if missing:
         raise ComponentMistake(f"{place}it leaves out {', '.join(missing)}; it returns all values: {{**values, ...}}")
+    found = component.parameters.validate(found, where)  # NumPy's numbers and arrays as plain ones, and within their ranges
     call(component, "check", found, where.removesuffix(".parameters"))
     return found

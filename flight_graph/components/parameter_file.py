@@ -12,8 +12,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-import yaml
-
+from flight_graph import yaml_text
 from flight_graph.components import registry
 from flight_graph.errors import FlightError, unknown
 
@@ -47,12 +46,7 @@ def overrides(path: Path, components: dict[str, dict], folder: Path | None = Non
 
 
 def _read(path):
-    try:
-        data = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise FlightError(f"--params {path}: {error.strerror.lower()}") from None
-    except (yaml.YAMLError, UnicodeDecodeError, RecursionError) as error:
-        raise FlightError(f"--params {path}: this is no YAML: {' '.join(str(error).split())}") from None
+    data = yaml_text.read(Path(path), f"--params {path}")
     if not isinstance(data, dict) or not data or not all(
             isinstance(entry, dict) and isinstance(entry.get("ros__parameters"), dict) for entry in data.values()):
         raise FlightError(f"--params {path}: this is no ROS parameter file (node name: ros__parameters: name: value)")

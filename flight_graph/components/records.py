@@ -5,8 +5,9 @@
         law: Choice("explicit", "implicit") = field("implicit", doc="form of the law")
 
 An annotation is ``float``, ``int``, ``bool``, a ``Choice``, a kind of value (``Vec3``, ``Mat3``, ``Quaternion``,
-``Vec(n)``, ``Mat(n, m)``, ``DualQuaternion``, ``DualVector``), an array of float64 that kernels see by reference
-(``Array(20, 20)``), or ``str``: a text (a file's name) for `Component.resolve`, which the kernel's record does not carry.
+``Vec(n)``, ``Mat(n, m)``, ``DualQuaternion``, ``DualVector``), an array that kernels see by reference, of float64
+(``Array(20, 20)``) or of int64 (``Integers(4)``), or ``str``: a text (a file's name) for `Component.resolve`, which the
+kernel's record does not carry.
 """
 
 import sys
@@ -23,13 +24,23 @@ from flight_graph.errors import FlightError, unknown
 from flight_math.values import DualQuaternion, DualVector, Kinds, Mat, Mat3, Quaternion, Vec, Vec3
 from flight_math.values.views import is_value_class
 
-__all__ = ["Array", "Choice", "DualQuaternion", "DualVector", "Entry", "Mat", "Mat3", "Parameters", "Quaternion", "Record",
-           "State", "Vec", "Vec3", "field", "flat"]
+__all__ = ["Array", "Choice", "DualQuaternion", "DualVector", "Entry", "Integers", "Mat", "Mat3", "Parameters",
+           "Quaternion", "Record", "State", "Vec", "Vec3", "field", "flat"]
 
 
 @dataclass(frozen=True)
 class Array:
     """The shape of an array-valued entry."""
+
+    shape: tuple
+
+    def __init__(self, *shape):
+        object.__setattr__(self, "shape", shape)
+
+
+@dataclass(frozen=True)
+class Integers:
+    """The shape of an entry of whole numbers (int64), as the indices of a tree; kernels see it by reference."""
 
     shape: tuple
 
@@ -69,7 +80,7 @@ class Entry:
         if self.words:
             return "one of " + ", ".join(self.words)
         text = " and ".join(f"{signs[key]} {bound:g}" for key, bound in self.bounds)
-        size = f"{' x '.join(map(str, self.shape))} numbers" if self.shape else {
+        size = f"{' x '.join(map(str, self.shape))} {'whole ' * (self.kind == 'int')}numbers" if self.shape else {
             "float": "a finite number", "int": "a whole number", "bool": "true or false", "text": "a text"}[self.kind]
         return f"{size}{', ' + text if text else ''}{' [' + self.unit + ']' if self.unit not in ('', '1') else ''}"
 
@@ -90,10 +101,10 @@ class Entry:
             return value
         try:
             if not self.shape:
-                return _adapter(self, ()).validate_python(_number(value))
+                return _adapter(self, ()).validate_python(_number(value, self.kind))
             if np.ndim(value) == 0:
-                return np.full(self.shape, _adapter(self, ()).validate_python(_number(value)))
-            rows = _rows([_number(item) for item in value], self.shape)
+                return np.full(self.shape, _adapter(self, ()).validate_python(_number(value, self.kind)))
+            rows = _rows([_number(item, self.kind) for item in value], self.shape)
             return np.array(_adapter(self, self.shape).validate_python(rows))
         except (ValidationError, ValueError, TypeError) as error:
             detail = error.errors()[0]["msg"].lower() if isinstance(error, ValidationError) else str(error)
@@ -114,9 +125,12 @@ def flat(value):
     return value
 
 
-def _number(value):
-    """NumPy scalars and arrays as plain numbers and lists."""
-    return value.tolist() if hasattr(value, "tolist") else list(value) if isinstance(value, tuple) else value
+def _number(value, kind):
+    """NumPy scalars and arrays as plain numbers and lists; a whole number may be written as 2.0 (older bags have it so)."""
+    value = value.tolist() if hasattr(value, "tolist") else list(value) if isinstance(value, tuple) else value
+    if kind == "int" and isinstance(value, list):
+        return [_number(item, kind) for item in value]
+    return int(value) if kind == "int" and isinstance(value, float) and value.is_integer() else value
 
 
 def _rows(values, shape):
@@ -254,18 +268,19 @@ def _entry(name, annotation, given, cls):
     annotation = _evaluated(cls, name, annotation)
     kinds = {float: "float", int: "int", bool: "bool", str: "text"}
     value = annotation if is_value_class(annotation) else None
-    if isinstance(annotation, Array) or value:
-        kind, shape, words = "float", annotation.shape, ()
+    if isinstance(annotation, (Array, Integers)) or value:
+        kind, shape, words = "int" if isinstance(annotation, Integers) else "float", annotation.shape, ()
     elif isinstance(annotation, Choice):
         kind, shape, words = "choice", (), annotation.words
     elif annotation in kinds:
         kind, shape, words = kinds[annotation], (), ()
     else:
         refuse(cls, name, f"{annotation_text(annotation)} is not allowed; allowed: float, int, bool, str, Vec3, Mat3, "
-                          "Quaternion, Vec(n), Mat(n, m), DualQuaternion, DualVector, Array(...) or Choice(...)")
+                          "Quaternion, Vec(n), Mat(n, m), DualQuaternion, DualVector, Array(...), Integers(...) or "
+                          "Choice(...)")
     default = given["default"]
     if isinstance(default, (list, np.ndarray)):
-        default = tuple(np.asarray(default, float).ravel().tolist())
+        default = tuple(np.asarray(default, int if kind == "int" else float).ravel().tolist())
     if kind == "choice" and default == 0.0:
         default = words[0]
     if kind == "bool" and default == 0.0:

@@ -33,6 +33,7 @@ class _Task:
     name: str
     jobs: list[dict] = field(default_factory=list)
     is_own: bool = False  # a user's own file: its errors are wanted first
+    lines: int = 0  # of the kernels that it reaches: the longest first, so that no process works alone at the end
 
 
 def is_ready(components: dict[str, type[Component]], check_bounds: bool = False) -> bool:
@@ -50,7 +51,7 @@ def compile_missing(components: dict[str, type[Component]], check_bounds: bool =
     tasks = _tasks(components, check_bounds)
     if tasks:
         _work(tasks, progress, jobs)
-    return len(tasks)
+    return sum(task.name in components for task in tasks)
 
 
 def compile_kept(name: str, key: str) -> None:
@@ -116,10 +117,11 @@ def _tasks(components, check_bounds):
                 task.jobs.append({"use": use, "part": part, "key": key, "check_bounds": check_bounds})
         if task.jobs:
             kernel_rules.check(component)
+            task.lines = sum(source.tree.end_lineno - source.tree.lineno for source in kernel_rules.reached(component))
             tasks.append(task)
     if not driver.is_ready():
         tasks.append(_Task("the driver", [{"driver": driver.key()}]))
-    return sorted(tasks, key=lambda task: not task.is_own)
+    return sorted(tasks, key=lambda task: (not task.is_own, -task.lines))
 
 
 def _work_here(tasks, progress):

@@ -12,7 +12,7 @@ import numpy as np
 from flight_graph.engines import compilation, driver
 from flight_graph.engines.plain_driver import PlainTables
 from flight_graph.engines.schedule import Schedule
-from flight_graph.engines.stops import FAULT, REASONS, raised_sentence, stop_sentence
+from flight_graph.engines.stops import FAULT, REASONS, Records, raised_sentence, stop_sentence
 from flight_graph.errors import FlightError, RunStopped
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.timebase import SECOND, stamp_parts
@@ -191,8 +191,8 @@ class Flight:
 
     def _stopped(self, name, part, code):
         component = self._graph.nodes[name].component
-        records = {"parameters": self.arrays[f"P_{name}"], "state": self.arrays[f"X_{name}"],
-                   **{port: self.arrays[f"O_{name}_{port}"] for port in component.outputs}}
+        records = Records(self.arrays[f"P_{name}"], self.arrays[f"X_{name}"],
+                          {port: self.arrays[f"O_{name}_{port}"] for port in component.outputs})
         errors = self._codes[name][part].errors if self._codes else None
         sentence = stop_sentence(name, part, component, code, records, self._seconds(), errors)
         self.stop = RunStopped(sentence, REASONS[code], self._tick * self._graph.base_ns)

@@ -8,7 +8,7 @@ from flight_graph.engines import compilation, driver
 from flight_graph.engines.part_calls import parts, ports
 from flight_graph.engines.plain_driver import PlainTables
 from flight_graph.engines.schedule import Firing, Publication, Schedule
-from flight_graph.engines.stops import FAULT, stop_sentence
+from flight_graph.engines.stops import FAULT, Records, stop_sentence
 from flight_graph.timebase import SECOND, stamp_parts
 
 
@@ -22,7 +22,7 @@ class SingleComponent:
     def __init__(self, name: str, use: str, component: type[Component], parameters: np.ndarray, state: np.ndarray,
                  inputs: dict, outputs: dict, output_periods: dict, epoch_ns: int, check_bounds: bool = False):
         self.name, self.component, self._epoch_ns = name, component, epoch_ns
-        self._records = {"parameters": parameters, "state": state, **outputs}
+        self._records = Records(parameters, state, dict(outputs))
         self._arrays = {"P": parameters, "X": state, **{f"I {port}": record for port, record in inputs.items()},
                         **{f"O {port}": record for port, record in outputs.items()}}
         self._numbers = {part: i for i, part in enumerate(part for part in parts(component) if part != "start")}
@@ -71,7 +71,7 @@ class SingleComponent:
         return self._sentence(part, code, t_ns) if code else ""
 
     def _start(self):
-        parameters, state = self._records["parameters"], self._records["state"]
+        parameters, state = self._records.parameters, self._records.state
         self._tables.start(self.name, parameters, state)
         return self._sentence("start", FAULT, 0) if state["fault"][0] else ""
 

@@ -1,5 +1,7 @@
 """Why a run ends before its time: codes of the driver, and the sentences a person reads."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 NONFINITE = 1  # an output is not finite
@@ -9,17 +11,28 @@ _NUMBERS = 1 << 33  # more than there are numbers of errors
 REASONS = {NONFINITE: "nonfinite", FAULT: "fault"}
 
 
-def fault_sentence(name: str, part: str, component, parameters: np.ndarray, state: np.ndarray, seconds: float,
+@dataclass(frozen=True)
+class Records:
+    """The (1,) records of a component that a sentence reads. outputs: by port."""
+
+    parameters: np.ndarray
+    state: np.ndarray
+    outputs: dict[str, np.ndarray]
+
+
+def fault_sentence(name: str, part: str, component, records: Records, seconds: float,
                    errors: dict[int, str] | None = None) -> str:
     """The sentence of a fault code, with the values it names filled in; or of an error that was raised.
 
-    parameters, state: the (1,) records. errors: of the part that ran, see `flight_graph.engines.parts.Code`.
+    A name is looked for in parameters, state, then outputs. errors: of the part that ran, see
+    `flight_graph.engines.parts.Code`.
     """
-    code = int(state["fault"][0])
+    code = int(records.state["fault"][0])
     if is_raised(code):
         return raised_sentence(name, part, (errors or {}).get(code - RAISED, "an error"), seconds)
     text = component.faults.get(code, f"fault {code}")
-    values = {key: _readable(array[0][key]) for array in (parameters, state) for key in array.dtype.names}
+    read = [*reversed(records.outputs.values()), records.state, records.parameters]
+    values = {key: _readable(array[0][key]) for array in read for key in array.dtype.names}
     return f"{name} stopped at t = {seconds:g} s: {text.format(**values)}"
 
 
@@ -46,12 +59,12 @@ def nonfinite_sentence(name, port, signal, record, seconds) -> str | None:
     return None
 
 
-def stop_sentence(name: str, part: str, component, code: int, arrays: dict, seconds: float,
+def stop_sentence(name: str, part: str, component, code: int, records: Records, seconds: float,
                   errors: dict[int, str] | None = None) -> str:
-    """Why a firing stopped a run. arrays: ``parameters``, ``state``, and the record of each output by port."""
+    """Why a firing stopped a run."""
     if code == FAULT:
-        return fault_sentence(name, part, component, arrays["parameters"], arrays["state"], seconds, errors)
-    sentences = (nonfinite_sentence(name, port, signal, arrays[port], seconds)
+        return fault_sentence(name, part, component, records, seconds, errors)
+    sentences = (nonfinite_sentence(name, port, signal, records.outputs[port], seconds)
                  for port, signal in component.outputs.items())
     return next(filter(None, sentences), f"{name} stopped at t = {seconds:g} s")
 

@@ -1,8 +1,8 @@
 """The numbers a run is judged by: the scenario's metrics function over the recorded signals."""
 
-import importlib
 import math
 
+from flight_graph.components import functions
 from flight_graph.errors import FlightError
 from flight_graph.graphs.scenario import Scenario
 
@@ -12,20 +12,31 @@ def compute(scenario: Scenario, signals) -> dict:
 
     signals: a mapping topic -> structured array (a Recording, or a bag's signals).
     """
-    if not scenario.file.metrics:
+    function = of(scenario)
+    if function is None:
         return {}
-    function = load(scenario.file.metrics)
     found = function(scenario, signals)
-    return {name: _plain(value) for name, value in found.items()}
+    if not isinstance(found, dict):
+        raise FlightError(f"{scenario.origin}: metrics: '{scenario.file.metrics}' gives {type(found).__name__}; needed is "
+                          "a dictionary: name -> number")
+    return {str(name): _plain(value) for name, value in found.items()}
 
 
-def load(name: str):
-    """The function ``module:attribute``."""
-    module, _, attribute = name.partition(":")
-    try:
-        return getattr(importlib.import_module(module), attribute)
-    except (ModuleNotFoundError, AttributeError) as error:
-        raise FlightError(f"metrics: '{name}' cannot be loaded: {error}") from None
+def of(scenario: Scenario):
+    """The metrics function of a scenario; None when it names none. Raises FlightError: ask for it before a run."""
+    return load(scenario.file.metrics, f"{scenario.origin}: metrics", scenario.folder) if scenario.file.metrics else None
+
+
+def figure(scenario: Scenario):
+    """The function that draws a scenario's figure. Raises FlightError when it names none."""
+    if not scenario.file.figure:
+        raise FlightError(f"{scenario.name} names no figure")
+    return load(scenario.file.figure, f"{scenario.origin}: figure", scenario.folder)
+
+
+def load(name: str, where: str = "metrics", folder=None):
+    """The function ``module:function`` or ``file.py:function``. Raises FlightError."""
+    return functions.load(name, where, folder)
 
 
 def _plain(value):

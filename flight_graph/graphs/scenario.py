@@ -22,17 +22,21 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import yaml
-
-from flight_graph.components import declared, registry
+from flight_graph import yaml_text
+from flight_graph.components import declared, functions, registry
+from flight_graph.components.foreign import Consent, agree
 from flight_graph.errors import FlightError, unknown
 from flight_graph.graphs import expressions
 from flight_graph.graphs.graph import Edge, Graph, Node
+from flight_graph.graphs.named_code import foreign_code
 from flight_graph.graphs.scenario_file import EdgeEntry, ScenarioFile
 from flight_graph.graphs.vary import Vary
 from flight_graph.noise import stream_key
+from flight_graph.text_files import short
 from flight_graph.timebase import SECOND, duration_ns, period_ns
 
+_NODE = re.compile("[A-Za-z][A-Za-z0-9_]{0,99}")
+_PORT = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,99}\.[A-Za-z_][A-Za-z0-9_]{0,99}")
 _TAKEN = ("recorder", "replayer")
 
 
@@ -46,6 +50,7 @@ class Scenario:
         self.origin, self.folder = origin, folder
         self.file = ScenarioFile.read(data, origin)
         self._check_names()
+        self._check_functions()
         self.duration_ns = duration_ns(self.file.duration_s, f"{origin}: duration_s")
         self.epoch_ns = self.file.epoch_ns
         if self.epoch_ns <= 0 or (self.epoch_ns + self.duration_ns) >= 2**31 * 10**9:
@@ -65,7 +70,7 @@ class Scenario:
         self._check_recorded_topics()
         self.vary = None
         if self.file.vary is not None:
-            self.vary = Vary(self.file.vary, origin)
+            self.vary = Vary(self.file.vary, origin, folder)
             self.vary.check({node.name: node.component for node in nodes})
 
     @property
@@ -157,8 +162,8 @@ class Scenario:
             if isinstance(source, EdgeEntry):
                 source, delay = source.source, source.delay
             for text in (target, source):
-                if text.count(".") != 1:
-                    raise FlightError(f"connect: '{text}' is not of the form component.port")
+                if not _PORT.fullmatch(text):
+                    raise FlightError(f"connect: '{short(text)}' is not of the form component.port")
             connections[tuple(target.split("."))] = Edge(*source.split("."), delay)
         return connections
 
@@ -166,12 +171,18 @@ class Scenario:
         if not self.file.components:
             raise FlightError(f"{self.origin}: components: there is none; a graph has at least one")
         for name in self.file.components:
-            if not re.fullmatch("[A-Za-z][A-Za-z0-9_]*", name):
-                raise FlightError(f"{self.origin}: components.{name}: this is no name of a node; allowed: a letter, then "
-                                  "letters, digits and underscores")
+            if not _NODE.fullmatch(name):
+                raise FlightError(f"{self.origin}: components.{short(name)}: this is no name of a node; allowed: a letter, "
+                                  "then letters, digits and underscores, 100 in all")
             if name in _TAKEN:
                 raise FlightError(
                     f"{self.origin}: components.{name}: this name is taken by a node of every run; take another")
+
+    def _check_functions(self):
+        """The forms of the names; the functions themselves are loaded when they are called for."""
+        for key in ("metrics", "figure"):
+            if name := getattr(self.file, key):
+                functions.check_name(name, f"{self.origin}: {key}")
 
     def _check_recorded_topics(self):
         topics = [signal.topic for _, _, signal in self.graph.outputs()]
@@ -186,14 +197,16 @@ def available() -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
 
 
-def load(name_or_path: str, overrides: dict[str, Any] | None = None, case: int | None = None) -> Scenario:
+def load(name_or_path: str, overrides: dict[str, Any] | None = None, case: int | None = None,
+         consent: Consent = agree) -> Scenario:
     """Read, override and validate a scenario.
 
     name_or_path: the name of one that comes with the packages, or a YAML file.
     overrides: ``component.parameter`` -> value, ``component.rate_hz`` -> value, or a top-level key -> value.
     case: number of a case of its ``vary`` block, whose values come on top.
+    consent: is asked before code runs that the file names and that is neither of the packages nor in the file's folder.
     """
-    scenario = Scenario(*read(name_or_path, overrides))
+    scenario = Scenario(*read(name_or_path, overrides, consent))
     return scenario if case is None else vary_case(scenario, case, overrides)
 
 
@@ -209,23 +222,31 @@ def vary_case(scenario: Scenario, case: int, overrides: dict[str, Any] | None = 
     return Scenario(override(data, values, f"vary, case {case}", scenario.folder), scenario.origin, scenario.folder)
 
 
-def read(name_or_path: str, overrides: dict[str, Any] | None = None) -> tuple[dict, str, Path]:
-    """A scenario's data with overrides applied, the name of its file for error texts, and its folder."""
+def read(name_or_path: str, overrides: dict[str, Any] | None = None, consent: Consent = agree) -> tuple[dict, str, Path]:
+    """A scenario's data with overrides applied, the name of its file for error texts, and its folder.
+
+    consent: as for `load`.
+    """
+    data, path = read_file(name_or_path)
+    if found := foreign_code(data, path.parent, path.parent):
+        consent(str(path), found)
+    return override(data, overrides or {}, folder=path.parent), str(path.name), path.parent
+
+
+def read_file(name_or_path: str) -> tuple[dict, Path]:
+    """A scenario's data as its file has it, and the file. Nothing that it names is imported. Raises FlightError."""
     path = Path(name_or_path)
     if path.suffix not in (".yaml", ".yml"):
         known = available()
         if name_or_path not in known:
             raise unknown("scenario", name_or_path, known)
         path = known[name_or_path]
-    elif not path.is_file():
+    elif not path.exists():
         raise FlightError(f"there is no scenario file '{path}'")
-    try:
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except yaml.YAMLError as error:
-        raise FlightError(f"{path}: this is no YAML: {' '.join(str(error).split())}") from None
+    data = yaml_text.read(path)
     if not isinstance(data, dict):
         raise FlightError(f"{path}: a scenario is a mapping of keys (name, title, duration_s, components, ...)")
-    return override(data, overrides or {}, folder=path.parent), str(path.name), path.parent
+    return data, path
 
 
 def override(data: dict, overrides: dict[str, Any], origin: str = "--set", folder: Path | None = None) -> dict:

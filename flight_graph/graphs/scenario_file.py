@@ -1,12 +1,16 @@
 """The keys of a scenario file; what they mean together is checked in `flight_graph.graphs.scenario`."""
 
-from typing import Any
+from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from flight_graph.bags.journal import FLUSH_PERIOD_S
 from flight_graph.errors import FlightError
+from flight_graph.text_files import short
 from flight_graph.timebase import J2000
+
+MOST_COMPONENTS = 200  # of a scenario
+TopicName = Annotated[str, Field(max_length=255, pattern=r"^/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*$")]
 
 
 class _Strict(BaseModel):
@@ -16,7 +20,8 @@ class _Strict(BaseModel):
 class ComponentEntry(_Strict):
     """One component of the graph."""
 
-    use: str = Field(description="`package/executable`, `module:Class`, or `file.py:Class` relative to the scenario")
+    use: str = Field(max_length=1000, description=(
+        "`package/executable`, `module:Class`, or `file.py:Class` relative to the scenario"))
     rate_hz: float | None = Field(None, description="firing rate [Hz]; the component's own when left out")
     parameters: dict[str, Any] = Field(default_factory=dict, description=(
         'values that differ from the defaults; `"= plant.gravity"` follows another component\'s'))
@@ -32,8 +37,8 @@ class EdgeEntry(_Strict):
 class RecordEntry(_Strict):
     """What the bag holds."""
 
-    topics: list[str] | None = Field(None, description="topics to record; all when left out")
-    max_rate_hz: float | None = Field(None, gt=0, allow_inf_nan=False, description=(
+    topics: list[TopicName] | None = Field(None, max_length=1000, description="topics to record; all when left out")
+    max_rate_hz: float | None = Field(None, ge=1e-6, allow_inf_nan=False, description=(
         "every topic is thinned to at most this rate [Hz]"))
     flush_period_s: float = Field(FLUSH_PERIOD_S, ge=0.01, le=60, allow_inf_nan=False, description=(
         "wall time [s] of messages that a kill -9 of the recorder may cost at most"))
@@ -43,26 +48,29 @@ class EngineLimit(_Strict):
     """The one engine that can run the scenario."""
 
     engine: str = Field(description="compiled or ros")
-    because: str = Field(description="the reason, shown to whoever asks for another engine")
+    because: str = Field(max_length=1000, description="the reason, shown to whoever asks for another engine")
 
 
 class ScenarioFile(_Strict):
     """The file's keys."""
 
-    name: str = Field(description="what bags and error texts call it")
-    title: str = Field(description="one line for lists")
-    description: str = Field("", description="what to know of it")
+    name: str = Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$", max_length=100, description=(
+        "what bags and error texts call it: letters, digits, `_`, `-` and `.`"))
+    title: str = Field(max_length=1000, description="one line for lists")
+    description: str = Field("", max_length=20_000, description="what to know of it")
     duration_s: float = Field(description="simulated time [s]")
-    seed: int = Field(0, description="of all noise: each component's own stream follows from it and the component's name")
+    seed: int = Field(0, ge=-2**63, lt=2**63, description=(
+        "of all noise: each component's own stream follows from it and the component's name"))
     epoch_ns: int = Field(J2000, description="stamp of t = 0 [ns since 1970]; J2000 when left out")
     base_rate_hz: float | None = Field(None, description=(
         "rate of the base tick [Hz]; the slowest that fits all rates when left out"))
-    components: dict[str, ComponentEntry] = Field(description="name -> component, in the order in which they are listed")
+    components: dict[str, ComponentEntry] = Field(max_length=MOST_COMPONENTS, description=(
+        "name -> component, in the order in which they are listed"))
     connect: dict[str, str | EdgeEntry] = Field(default_factory=dict, description=(
         "`component.port` of an input -> `component.port` of its source; inputs left out find theirs by topic"))
     record: RecordEntry = Field(default_factory=RecordEntry, description="what the bag holds")
-    metrics: str | None = Field(None, description="`module:function` of the run's numbers")
-    figure: str | None = Field(None, description="`module:function` that draws the run")
+    metrics: str | None = Field(None, description="`module:function` or `file.py:function` of the run's numbers")
+    figure: str | None = Field(None, description="`module:function` or `file.py:function` that draws the run")
     paper: str | None = Field(None, description="folder in `papers/` whose claims the bag carries")
     only: EngineLimit | None = Field(None, description="the one engine that can run it, and why")
     vary: dict[str, Any] | None = Field(None, description="what `flight sweep` varies; see sweeps.md")
@@ -78,10 +86,13 @@ class ScenarioFile(_Strict):
 
 def _first_sentence(error: ValidationError) -> str:
     first = error.errors()[0]
-    where = ".".join(str(part) for part in first["loc"] if part not in ("str", "EdgeEntry"))
+    where = ".".join(short(str(part)) for part in first["loc"] if part not in ("str", "EdgeEntry"))
     if first["type"] == "extra_forbidden":
         return f"{where}: there is no such key; allowed here: " + ", ".join(_keys_at(first["loc"]))
-    return f"{where}: {first['msg'].lower()} (got {first['input']!r})"
+    if first["type"] == "string_pattern_mismatch":
+        allowed = "letters, digits and _ - ." if where == "name" else "a topic's name: letters, digits, _ and /"
+        return f"{where}: {short(repr(first['input']))} is not allowed; allowed: {allowed}"
+    return f"{where}: {first['msg'].lower()} (got {short(repr(first['input']))})"
 
 
 PARTS = {"components": ComponentEntry, "connect": EdgeEntry, "record": RecordEntry, "only": EngineLimit}  # below a key

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from flight_graph.bags.diff import TopicDifference, diff, seconds_text
+from flight_graph.bags.diff import TopicDifference, diff, floats, seconds_text
 from flight_graph.bags.fields import columns, entry_names, named
 from flight_graph.bags.message_types import vector_paths
 from flight_graph.bags.reader import Bag, read_bag
@@ -140,10 +140,9 @@ def _beyond(recorded, topic, signal, tolerance):
         recorded[topic.topic], lambda path, length: path in vectors)}
     for name, difference in topic.fields.items():
         values = known.get(name)
-        scale = 0.0
-        if values is not None and values.dtype.kind == "f":
-            finite = values[np.isfinite(values)]
-            scale = float(np.abs(finite).max()) if len(finite) else 0.0
-        floor = signal.floor(name) if values is not None and values.dtype.kind == "f" else 0.0
+        parts = [] if values is None else [values] if values.dtype.kind == "f" else list(floats(values))
+        finite = np.concatenate([np.empty(0), *(part[np.isfinite(part)] for part in parts)])
+        scale = float(np.abs(finite).max(initial=0.0))
+        floor = signal.floor(name) if parts else 0.0
         if not difference.absolute <= max(tolerance * scale, floor):
             yield f"{topic.topic} {name} by {difference.absolute:.3g}"

@@ -10,16 +10,17 @@ from pathlib import Path
 
 import numpy as np
 
+from flight_graph.bags.reader import read_bag
 from flight_graph.bags.writer import BagWriter
 from flight_graph.components.component import Formatted
+from flight_graph.components.foreign import consent
 from flight_graph.engines.compiled import Recording
 from flight_graph.graphs.papers import papers
 from flight_graph.graphs.scenario import Scenario
+from flight_graph.recordings.bag_scenario import SCENARIO, read_scenario
 from msg_schemas.definitions import TYPESTORE
 from msg_schemas.qos import Role
 from msg_schemas.signal import Signal
-
-SCENARIO = "scenario.json"  # name of the attachment a bag can be run again from
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,7 @@ class RunBag:
         self.writer.write(self._handles["/" + topic.topic], self._scenario.epoch_ns + t_ns, payload)
 
     def write_all(self, blocks) -> None:
-        """Append whole topics, merged by stamp: (topic, stamps since the epoch (n,), n payloads) each."""
+        """Append whole topics, merged by stamp: (topic, stamps since the start of the run (n,), n payloads) each."""
         write_blocks(self.writer, [(self._handles["/" + topic.topic], self._scenario.epoch_ns + stamps, payloads)
                                    for topic, stamps, payloads in blocks])
 
@@ -200,16 +201,11 @@ class BagSignals:
         return topic in self._signals and "/" + topic in self._bag
 
 
-def open_run(path) -> tuple:
-    """(bag, scenario, signals) of a recorded run. Raises FlightError where the bag carries no scenario."""
-    from flight_graph.bags.reader import read_bag
-    from flight_graph.errors import FlightError
+def open_run(path, trust=False, with_figure: bool = False) -> tuple:
+    """(bag, scenario, signals) of a recorded run. Raises FlightError where the bag carries no scenario.
+
+    trust: as for `flight_graph.recordings.recorded_run.open_recorded`; with_figure: the figure will be drawn.
+    """
     bag = read_bag(path)
-    if SCENARIO not in bag.attachments:
-        raise FlightError(f"{path}: this bag carries no scenario; it was not recorded by a run of this project")
-    try:
-        data = json.loads(bag.attachments[SCENARIO].data)
-    except ValueError:
-        raise FlightError(f"{path}: its attachment {SCENARIO} is no JSON") from None
-    scenario = Scenario(data, f"{path} ({SCENARIO})")
+    scenario = read_scenario(bag, consent(trust), with_figure)
     return bag, scenario, BagSignals(bag, scenario)

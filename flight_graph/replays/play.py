@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-import yaml
 
+from flight_graph import yaml_text
 from flight_graph.bags.reader import Bag, read_bag
 from flight_graph.errors import FlightError, unknown
 from flight_graph.timebase import SECOND
@@ -138,10 +138,7 @@ def _names(bag, topics, remap):
 
 def _overrides(path: Path, bag) -> dict[str, Qos]:
     """topic -> profile, of a file as `ros2 bag play --qos-profile-overrides-path` takes it. Raises FlightError."""
-    try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, RecursionError) as error:
-        raise FlightError(f"{path}: it cannot be read as YAML ({str(error).splitlines()[0]})") from None
+    content = yaml_text.read(path)
     if not isinstance(content, dict):
         raise FlightError(f"{path}: needed is topic: {{reliability: ..., durability: ..., depth: ...}}")
     return {bag.spelled(str(name)): _override(f"{path}: {name}", profile) for name, profile in content.items()}

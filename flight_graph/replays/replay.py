@@ -24,7 +24,7 @@ from flight_graph.timebase import SECOND
 
 @dataclass(frozen=True)
 class RecordedInput:
-    """An input and its recorded messages. stamps_ns: (n,) since the epoch; records: (n,).
+    """An input and its recorded messages. stamps_ns: (n,) since the start of the run; records: (n,).
 
     end_ns: the first message that is missing would be due at a firing at this time.
     """

@@ -120,7 +120,7 @@ class OutputPort:
 class InputPort:
     """An input of a component: the record that the kernel reads, and the messages still to come.
 
-    Stamps are nanoseconds since the epoch of the run; ``stamp_ns`` is that of the message in the record, None before.
+    Stamps are nanoseconds since the start of the run; ``stamp_ns`` is that of the message in the record, None before.
     """
 
     def __init__(self, node, name: str, signal: Signal, topic: str, epoch_ns: int, group):

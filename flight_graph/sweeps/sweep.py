@@ -109,6 +109,7 @@ def run_sweep(sweep: Sweep, folder: Path, runs: int | None = None, jobs: int | N
     """
     if numba.config.DISABLE_JIT:
         raise FlightError("a sweep runs on the compiled engine; unset NUMBA_DISABLE_JIT")
+    metrics.of(sweep.scenario)  # a name that is wrong is found before the flight
     jobs = jobs or os.cpu_count() or 1
     wanted = sweep.cases(runs)
     rows = _earlier(sweep, folder) if resume else {}

@@ -69,13 +69,6 @@ def _lower_from_bits(context, builder, signature, arguments):
     return builder.bitcast(arguments[0], context.get_value_type(types.float64))
 
 
-@lower_builtin(math.sqrt, types.float64)
-def _lower_root(context, builder, signature, arguments):
-    """math.sqrt is the machine's instruction, where numba would call the C library for a negative number."""
-    function = builder.module.declare_intrinsic("llvm.sqrt", [arguments[0].type])
-    return builder.call(function, arguments)
-
-
 @inlined
 def select(condition, a, b):
     """a or b; both are computed already."""

@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 
-from cubli_ros.attitude import body_rates, cardan_rates, diagonal_torque, rotation_matrix
-from flight_graph.kernel import plain
+from cubli_ros.attitude import body_rates, cardan_rates, rotation_matrix
+from flight_math import Vec3, plain, sincos
 from sim_nodes.gravity import bodies
 from sim_nodes.gravity.site import effective_gravity
 
@@ -28,8 +28,7 @@ def printed_attitude(angles) -> np.ndarray:
 
 def attitude_matrix():
     """Eq. (1) is a rotation, and the one that the code has."""
-    printed, own = printed_attitude(ANGLES), np.zeros((3, 3))
-    plain(rotation_matrix)(np.array(ANGLES), own)
+    printed, own = printed_attitude(ANGLES), np.reshape(plain(rotation_matrix)(sincos(Vec3(*ANGLES))).parts(), (3, 3))
     error = max(np.abs(printed @ printed.T - np.eye(3)).max(), abs(np.linalg.det(printed) - 1.0),
                 min(np.abs(printed - own).max(), np.abs(printed.T - own).max()))
     return error < 1e-12, f"largest deviation from a rotation, and from the code: {error:.1e}"
@@ -38,7 +37,7 @@ def attitude_matrix():
 def kinematics():
     """Eq. (2) is the kinematics of eq. (1): dA/dt = -[omega] A."""
     omega = np.array([0.1, -0.2, 0.3])  # [rad/s]
-    rates = np.array(plain(cardan_rates)(np.array(ANGLES), *omega))
+    rates = np.array(plain(cardan_rates)(sincos(Vec3(*ANGLES)), Vec3(*omega)))
     change = (printed_attitude(np.array(ANGLES) + STEP * rates) - printed_attitude(np.array(ANGLES) - STEP * rates))
     cross = np.array([[0, -omega[2], omega[1]], [omega[2], 0, -omega[0]], [-omega[1], omega[0], 0]])
     error = np.abs(change / (2.0 * STEP) + cross @ printed_attitude(ANGLES)).max()
@@ -68,7 +67,7 @@ def inverted_pendulum():
 
 def equal_disturbance_is_seen():
     """A disturbance equal on all axes works against gravity."""
-    moment = np.array(plain(diagonal_torque)(1.0, MASS, LENGTH, *(printed_attitude(ANGLES) @ np.full(3, -0.002))))
+    moment = np.cross(np.full(3, 0.5 * LENGTH), MASS * printed_attitude(ANGLES) @ np.full(3, -0.002))
     along = abs(moment.sum()) / math.sqrt(3.0) / np.linalg.norm(moment)
     return along > 0.1, f"part of M_g along the disturbance: {along:.1e}"
 
@@ -90,8 +89,8 @@ def invertible():
     """Remark 1: G_a is invertible for |theta| < pi / 2: G^-1 G = 1."""
     errors = []
     for theta in np.linspace(-1.5, 1.5, 7):
-        angles, rates = np.array([0.3, theta, -0.4]), np.array([0.1, -0.2, 0.3])
-        errors.append(np.abs(np.array(plain(body_rates)(angles, *plain(cardan_rates)(angles, *rates))) - rates).max())
+        turn, rates = sincos(Vec3(0.3, theta, -0.4)), Vec3(0.1, -0.2, 0.3)
+        errors.append(max(abs(plain(body_rates)(turn, plain(cardan_rates)(turn, rates)) - rates)))
     return max(errors) < 1e-9, f"largest |G^-1 G omega - omega| up to |theta| = 1.5 rad: {max(errors):.1e} rad/s"
 
 

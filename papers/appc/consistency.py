@@ -8,8 +8,9 @@ navigation", 2001, section 5.4).
 
 import numpy as np
 
-from flight_graph.kernel import kernel
-from sim_nodes.sensors import WALK_DRAW, noise_vector
+from flight_math import kernel, vec3
+from sim_nodes.sensors.inertial import WALK_DRAW
+from sim_nodes.sensors.white_noise import white_noise
 
 TIMES = (1, 2, 5, 10, 20, 40, 59)  # [s] at which NEES is taken
 
@@ -69,8 +70,9 @@ def true_bias(scenario, imu) -> np.ndarray:
 
 @kernel
 def walk(key, t_ns, sigma, bias, out):
-    """Bias (3,) at each sample into out (n, 3); it walks after the sample, as in `sensors.gyro_sample`."""
+    """Bias at each sample into out (n, 3), from its value (3,) at the start; it walks after the sample, as in
+    `sim_nodes.sensors.inertial.gyro`."""
+    now = vec3(bias)
     for n in range(len(t_ns)):
-        for i in range(3):
-            out[n, i] = bias[i]
-        noise_vector(key, t_ns[n], WALK_DRAW, sigma, bias)
+        out[n] = now
+        now += white_noise(key, t_ns[n], WALK_DRAW, sigma)

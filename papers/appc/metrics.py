@@ -33,8 +33,8 @@ touching_speed      speed of the corner that touched, into the ground [m/s]
 import numpy as np
 
 from cubli_ros import jump_condition
-from cubli_ros.attitude import diagonal_torque, to_body
-from flight_graph.kernel import plain
+from cubli_ros.attitude import rotation_matrix
+from flight_math import Vec3, plain, sincos
 from papers.appc.consistency import filter_consistency
 
 SETTLED = 0.008  # [rad]
@@ -174,8 +174,8 @@ def interval(t, mask) -> tuple:
 
 def tilt(angles) -> float:
     """Angle [rad] between the body diagonal and up, of Cardan angles (3,)."""
-    up = np.array(plain(to_body)(np.asarray(angles, float), 1.0, 1.0, 1.0)) / np.sqrt(3.0)
-    return float(np.arccos(np.clip(up.sum() / np.sqrt(3.0), -1.0, 1.0)))
+    matrix = np.array(plain(rotation_matrix)(sincos(Vec3(*angles))))
+    return float(np.arccos(np.clip(matrix.sum() / 3.0, -1.0, 1.0)))
 
 
 def contact_history(truth, torque, values) -> tuple:
@@ -184,14 +184,14 @@ def contact_history(truth, torque, values) -> tuple:
     With sign -1 (hanging as printed) the geometry of the standing cube is used all the same: indicative only.
     """
     mass, length = values["mass"], values["length"]
-    gravity = truth["gravity"].T
-    moment = plain(diagonal_torque)(float(values["gravity_sign"]), mass, length, *gravity)
-    acceleration = (np.array(moment) + torque.T) / (mass * length * length / 6.0) + truth["disturbance"].T
-    force = np.array(plain(jump_condition.centre_acceleration)(truth["rates"].T, acceleration, length)) - gravity
-    weight = np.linalg.norm(gravity, axis=0)
-    up = -gravity / weight
-    normal = (force * up).sum(axis=0)
-    tangential = np.linalg.norm(force - normal * up, axis=0)
+    gravity, rates, arm = truth["gravity"], truth["rates"], np.full(3, 0.5 * length)
+    moment = np.cross(values["gravity_sign"] * arm, mass * gravity)
+    acceleration = (moment + torque) / (mass * length * length / 6.0) + truth["disturbance"]
+    force = np.cross(acceleration, arm) + np.cross(rates, np.cross(rates, arm)) - gravity
+    weight = np.linalg.norm(gravity, axis=1)
+    up = -gravity / weight[:, None]
+    normal = (force * up).sum(axis=1)
+    tangential = np.linalg.norm(force - normal[:, None] * up, axis=1)
     lost = tangential >= jump_condition.LOST_CONTACT_RATIO * normal
     ratio = np.where(lost, jump_condition.LOST_CONTACT_RATIO, tangential / np.where(lost, 1.0, normal))
     return normal / weight, ratio

@@ -1,5 +1,7 @@
-"""Gravity of a small body at a point and at a landing site: point mass, superellipsoid, a user's own mesh.
+"""Gravity of a small body at a point and at a landing site: point mass, ellipsoid, superellipsoid, a user's own
+mesh.
 
+ellipsoid.py       gravity of a homogeneous ellipsoid in closed form, and landing sites on it
 polyhedron.py      gravity and its gradient of a homogeneous polyhedron, as kernels
 mesh.py            closed triangle meshes: reading, checks, volume, icosahedral spheres
 superellipsoid.py  a spinning-top body in closed form, and its mesh

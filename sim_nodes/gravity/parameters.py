@@ -6,7 +6,7 @@
 import math
 from pathlib import Path
 
-from flight_graph.components.records import Array, Choice, Parameters, Vec3, field
+from flight_graph.components.records import Choice, Mat3, Parameters, Vec3, field
 from flight_graph.errors import FlightError
 from sim_nodes.gravity import bodies
 from sim_nodes.gravity.site import site
@@ -21,7 +21,7 @@ class SiteParameters(Parameters):
     gravity: float = field(0.002, unit="m/s^2", gt=0, source="section 5.2", doc="size of gravity at the site")
     tilt: float = field(0.0, unit="rad", ge=0, lt=1.5, doc="angle between up (against gravity) and the ground's normal")
     azimuth: float = field(0.0, unit="rad", doc="where that normal leans, from east to north")
-    gravity_gradient: Array(3, 3) = field(0.0, unit="1/s^2", doc="of gravity, in the site frame; matters in flight")
+    gravity_gradient: Mat3 = field(0.0, unit="1/s^2", doc="of gravity, in the site frame; matters in flight")
     spin: Vec3 = field(0.0, unit="rad/s", doc="of the ground, in the site frame; matters in flight (Coriolis)")
     latitude: float = field(0.0, unit="rad", ge=-POLE, le=POLE, doc="of the site, planetocentric")
     longitude: float = field(0.0, unit="rad", doc="of the site")

@@ -88,3 +88,27 @@ def test_another_frame_of_equal_length(tmp_path):
     assert (result.first.field, result.first.value_a, result.first.value_b) == (
         "header.frame_id", "imu_link", "imu_lynx")
     assert not result.same_values
+
+
+def test_numbers_inside_of_lists_of_structures(tmp_path):
+    """A tf message is a list of transforms: what differs in it by rounding is measured, anything else is infinite."""
+    from msg_schemas.definitions import TYPESTORE
+    types, kind = TYPESTORE.types, "tf2_msgs/msg/TFMessage"
+
+    def bag(name, x, child):
+        header = types["std_msgs/msg/Header"](types["builtin_interfaces/msg/Time"](1, 2), "map")
+        transforms = [types["geometry_msgs/msg/TransformStamped"](header, child * n, types["geometry_msgs/msg/Transform"](
+            types["geometry_msgs/msg/Vector3"](x, 2.0, 0.0), types["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0)))
+            for n in (1, 2)]
+        with BagWriter(tmp_path / name) as writer:
+            topic = writer.add_topic("/tf", kind, Role.TRUTH.qos)
+            for count in (1, 2):  # of two lengths, so that no fixed layout holds
+                writer.write(topic, count, bytes(TYPESTORE.serialize_cdr(types[kind](transforms[:count]), kind)))
+        return tmp_path / name
+
+    first = bag("a", 8.0, "base")
+    close, = diff(first, bag("b", np.nextafter(8.0, 9.0), "base"))
+    assert close.fields["transforms"].absolute == np.nextafter(8.0, 9.0) - 8.0
+    assert close.fields["transforms"].relative == pytest.approx(2.0**-52, rel=0.5)
+    other, = diff(first, bag("c", 8.0, "head"))
+    assert other.fields["transforms"].absolute == np.inf

@@ -1,6 +1,7 @@
 """flight verify: what it says of sound, altered, unfinished and realtime bags."""
 
 import dataclasses
+import hashlib
 import json
 import shutil
 from pathlib import Path
@@ -192,18 +193,19 @@ class Ramp(Component):
 
 
 def test_a_component_of_the_user_travels_in_the_bag(flight, tmp_path):
-    """The file is run without a question where this machine has the same one, and with --trust where it does not."""
+    """It runs with --trust, whether this machine has the same file or not; what runs is what the bag carries."""
     own = tmp_path / "users_ramp.py"
     own.write_text(USERS_OWN)
     scenario = tmp_path / "ramp.yaml"
     scenario.write_text("name: ramp\ntitle: A ramp\nduration_s: 1\ncomponents:\n  ramp: {use: 'users_ramp.py:Ramp'}\n")
     bag = recorded(str(scenario), {}, tmp_path / "bag")
-    assert flight("verify", bag).status == 0
-    own.write_text("another file")
-    for command in (("verify", bag), ("replay", bag, "--component", "ramp")):
-        refused = flight(*command)
-        assert refused.status == 2 and "add --trust to run it" in " ".join(refused.err.split())
-        assert flight(*command, "--trust").status == 0
+    for text in (USERS_OWN, "another file"):
+        own.write_text(text)
+        for command in (("verify", bag), ("replay", bag, "--component", "ramp")):
+            refused = flight(*command)
+            assert refused.status == 2 and "add --trust to run it" in " ".join(refused.err.split())
+            assert hashlib.sha256(USERS_OWN.encode()).hexdigest() in refused.err
+            assert flight(*command, "--trust").status == 0
     assert flight("info", bag, "--attachment", "component/ramp.py").out == USERS_OWN
 
 

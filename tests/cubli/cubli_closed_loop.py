@@ -10,17 +10,29 @@ import math
 
 import numpy as np
 
-from cubli_ros import appc, funnel, jump_condition
-from cubli_ros.attitude import cardan_from_quaternion, gravity_torque, quaternion_from_cardan, to_body
+from cubli_ros import appc, jump_condition
+from cubli_ros.appc_controller import AppcParameters, AppcState
+from cubli_ros.attitude import (
+    body_rates,
+    cardan_from_quaternion,
+    gravity_torque,
+    level_gravity,
+    quaternion_from_cardan,
+    to_body,
+)
 from cubli_ros.backstepping import backstepping
+from cubli_ros.funnel import attitude_bound, capped_error, matched_cap, rate_bound, rearm, switching_sign
 from cubli_ros.pd import proportional_derivative
-from flight_graph.kernel import kernel
-from sim_nodes import cubli_dynamics
-from sim_nodes.reaction_wheels import deliverable_torque
+from cubli_ros.sampled_appc import sampled_law
+from flight_math import Vec3, clip, kernel, largest, norm, rk4, same, sincos
+from sim_nodes.cubli import dynamics
+from sim_nodes.cubli.plant import CubliPlantParameters
+from sim_nodes.cubli.reaction_wheels import deliverable_torque
+from tests.cubli.records import made
 
 MASS = 2.0  # [kg]
 LENGTH = 0.2  # [m]
-WHEEL_INERTIA = 1.0e-3  # [kg m^2]
+WHEEL_INERTIA = 1.0e-3  # [kg m^2] the plant's default
 START = (-0.3, 0.3, 0.3)  # [rad]
 PHI = 0.01  # [-] smoothing of the sign
 ASTEROID = 0.002  # [m/s^2]
@@ -35,6 +47,7 @@ METRIC_NAMES = """
     lift_last lift_time slip_time xi_u_start bad_samples wheel_speed over_first over_last over_time across_time
     fastest_loop
 """.split()
+GAINS = "rho_a0 rho_a_inf l_a lambda_a k_a eta_a rho_u0 rho_u_inf l_u lambda_u k_u eta_u".split()
 METRICS = {name: i for i, name in enumerate(METRIC_NAMES)}
 
 
@@ -57,40 +70,35 @@ def slowed(gains, kappa):
 
 
 @kernel
-def judge(m, t, h, horizon, first, error, xi_a, xi_u, gain_u, bound_u, omega, omega_dot, gravity_body, length, u):
-    for i in range(3):
-        m[0] = max(m[0], abs(xi_a[i]))
-        m[1] = max(m[1], abs(xi_u[i]))
-        if abs(error[i]) > 0.008:
-            m[2] = t
-        m[3] = max(m[3], -error[i] / first[i] * 100.0)
-        if t >= horizon * 5.0 / 6.0:
-            m[4] = max(m[4], abs(error[i]))
-        m[8] = max(m[8], abs(u[i]))
-        if t == 0.0:
-            m[16] = max(m[16], abs(xi_u[i]))
-        square = xi_u[i] * xi_u[i]
-        m[23] = max(m[23], gain_u[i] / bound_u[i] * (1.0 + square) / ((1.0 - square) * (1.0 - square)))
-    outside = 0.0
-    for i in range(3):
-        if abs(xi_a[i]) >= 1.0 or abs(xi_u[i]) >= 1.0:
-            outside = 1.0
-    m[17] += outside
-    g = math.sqrt(gravity_body[0] ** 2 + gravity_body[1] ** 2 + gravity_body[2] ** 2)
-    norm = jump_condition.rate_norm(omega)
+def judge(m, p, t, horizon, sample):
+    """Metrics m of one sample: see `METRIC_NAMES`."""
+    h, first, angles, omega, omega_dot, gravity, xi_a, xi_u, rho_u, u = sample
+    m[0] = max(m[0], largest(abs(xi_a)))
+    m[1] = max(m[1], largest(abs(xi_u)))
+    if any(abs(angles) > 0.008):
+        m[2] = t
+    m[3] = max(m[3], largest(-angles / first) * 100.0)
+    if t >= horizon * 5.0 / 6.0:
+        m[4] = max(m[4], largest(abs(angles)))
+    m[8] = max(m[8], largest(abs(u)))
+    if t == 0.0:
+        m[16] = largest(abs(xi_u))
+    square = xi_u * xi_u
+    m[23] = max(m[23], largest(p.lambda_u / rho_u * (1.0 + square) / ((1.0 - square) * (1.0 - square))))
+    if any(abs(xi_a) >= 1.0) or any(abs(xi_u) >= 1.0):
+        m[17] += 1.0
     across = jump_condition.rate_across_diagonal(omega)
-    m[5] = max(m[5], jump_condition.largest_axis_rate(omega))
-    m[6] = max(m[6], norm)
+    m[5] = max(m[5], largest(abs(omega)))
+    m[6] = max(m[6], norm(omega))
     m[7] = max(m[7], across)
-    if norm > jump_condition.planar_rate_limit(g, length, 1.0):
+    if norm(omega) > jump_condition.planar_rate_limit(p.gravity, p.length, 1.0):
         if m[21] == 0.0:
             m[19] = t
         m[20] = t
         m[21] += h
-    if across > jump_condition.corner_rate_limit(g, length, 1.0):
+    if across > jump_condition.corner_rate_limit(p.gravity, p.length, 1.0):
         m[22] += h
-    up = -gravity_body / g
-    normal, _, ratio = jump_condition.contact(omega, omega_dot, gravity_body, up, length)
+    normal, _, ratio = jump_condition.contact(omega, omega_dot, gravity, -gravity / p.gravity, p.length)
     m[11] = min(m[11], normal)
     if normal < 0.0:
         if m[14] == 0.0:
@@ -102,190 +110,179 @@ def judge(m, t, h, horizon, first, error, xi_a, xi_u, gain_u, bound_u, omega, om
 
 
 @kernel
-def explicit(angles, omega, t, gains, v_a, v_u, phi, cap_a, cap_u, a):
-    """a (12, 3): 0 e_a, 1 rho_a, 2 xi_a, 3 eps_a, 4 delta, 5 e_u, 6 rho_u, 7 xi_u, 8 eps_u, 9 demand; 10, 11 zero."""
-    appc.rate_bounds(t, gains[0], gains[1], gains[2], a[1])
-    appc.rate_bounds(t, gains[6], gains[7], gains[8], a[6])
-    appc.attitude_loop(angles, a[10], a[11], a[1], gains[3], gains[4], v_a, phi, cap_a, a[0], a[2], a[3], a[4])
-    appc.rate_loop(omega, a[4], a[6], gains[9], gains[10], v_u, phi, cap_u, a[5], a[7], a[8], a[9])
+def explicit(p, x, t, turn, angles, omega):
+    """The printed law: xi_a, eps_a, rho_u, xi_u, eps_u, acceleration; the virtual rate into x."""
+    xi_a = angles / attitude_bound(p, x, t)
+    epsilon_a, x.virtual_rate = appc.attitude_loop(p, x, turn, xi_a, same(0.0))
+    rho_u = rate_bound(p, t)
+    xi_u = (omega - x.virtual_rate) / rho_u
+    epsilon_u, acceleration = appc.rate_loop(p, x, xi_u)
+    return xi_a, epsilon_a, rho_u, xi_u, epsilon_u, acceleration
 
 
 @kernel
-def law(kind, t, y, gains, phi, sign, mass, length, inertia, gravity, cap, a, m_g, u, v_rate):
-    """Continuous law at y (12,): torque u (3,) and the adaptive gains' rates v_rate (6,)."""
-    gravity_torque(y, gravity, sign, mass, length, m_g)
-    explicit(y, y[3:6], t, gains, y[6:9], y[9:12], phi, cap, cap, a)
-    for i in range(3):
-        v_rate[i] = gains[5, i] * abs(a[3, i])
-        v_rate[3 + i] = gains[11, i] * abs(a[8, i])
-    if kind == APPC:
-        appc.torque_demand(inertia, a[9], m_g, 0.0, u)
-    elif kind == PD:
-        proportional_derivative(a[0], y[3:6], gains[3], gains[9], inertia, u)
-    else:
-        backstepping(y, a[0], y[3:6], gains[3, 0], gains[9, 0], inertia, m_g, u, a[4])
+def law(kind, p, x, t, motion):
+    """Torque u, gravity in the body frame, |eps_a|, |eps_u|, xi_a, xi_u and rho_u of the continuous law."""
+    angles, omega, x.adaptive_a, x.adaptive_u = motion
+    turn = sincos(angles)
+    gravity = to_body(turn, level_gravity(p))
+    moment = gravity_torque(p, gravity)
+    xi_a, epsilon_a, rho_u, xi_u, epsilon_u, acceleration = explicit(p, x, t, turn, angles, omega)
+    u = appc.torque_demand(p, acceleration, moment)
+    if kind == PD:
+        u = p.inertia @ proportional_derivative(p, angles, omega)
+    elif kind == BACKSTEPPING:
+        u = p.inertia @ backstepping(p, turn, angles, omega)[1] - moment
+    return u, gravity, abs(epsilon_a), abs(epsilon_u), xi_a, xi_u, rho_u
 
 
 @kernel
-def continuous(kind, y, horizon, steps, gains, phi, g, sign, mass, length, amplitude, frequency, phase, m):
-    """Runge-Kutta of plant and law together, in place on y (12,) = angles, rates, v_a, v_u; metrics in m."""
+def rates(given, t, motion):
+    """Rates of (angles, omega, v_a, v_u) under the continuous law."""
+    kind, p, x = given
+    u, _, epsilon_a, epsilon_u, _, _, _ = law(kind, p, x, t, motion)
+    angles_dot, omega_dot = dynamics.paper_rates(
+        (p, level_gravity(p), u), dynamics.disturbance(p, t), (motion[0], motion[1]))
+    return angles_dot, omega_dot, p.eta_a * epsilon_a, p.eta_u * epsilon_u
+
+
+@kernel
+def continuous(kind, p, x, horizon, steps, m):
+    """Runge-Kutta of plant and law together; the last (angles, omega, v_a, v_u); metrics in m."""
     h = horizon / steps
-    i0 = mass * length * length / 6.0
-    inertia = i0 * np.eye(3)
-    gravity = np.full(3, -g / math.sqrt(3.0))
-    cap = np.ones(3)
-    a = np.zeros((12, 3))
-    m_g = np.zeros(3)
-    u = np.zeros(3)
-    d = np.zeros(3)
-    g_b = np.zeros(3)
-    first = y[:3].copy()
-    trial = np.zeros(12)
-    slope = np.zeros(12)
-    total = np.zeros(12)
+    motion = (p.initial_angles, p.initial_rates, same(0.0), same(0.0))
     power = 0.0
     m[11] = 1e9
     for step in range(steps + 1):
         t = step * h
-        for stage in range(4):
-            c = 0.5 * h
-            if stage == 0:
-                c = 0.0
-            if stage == 3:
-                c = h
-            for i in range(12):
-                trial[i] = y[i] + c * slope[i]
-            law(kind, t + c, trial, gains, phi, sign, mass, length, inertia, gravity, cap, a, m_g, u, slope[6:])
-            cubli_dynamics.disturbance(t + c, amplitude, frequency, phase, d)
-            cubli_dynamics.paper_rates(trial, u, d, gravity, sign, mass, length, i0, slope)
-            if stage == 0:
-                g_b[0], g_b[1], g_b[2] = to_body(y, gravity[0], gravity[1], gravity[2])
-                judge(
-                    m, t, h, horizon, first, a[0], a[2], a[7], gains[9], a[6], y[3:6], slope[3:6], g_b, length, u
-                )
-                new_power = u[0] * u[0] + u[1] * u[1] + u[2] * u[2]
-                if step > 0:
-                    m[9] += 0.5 * h * (power + new_power)
-                    if t <= 20.0 + 0.5 * h:
-                        m[10] = m[9]
-                power = new_power
-            weight = 2.0
-            if stage == 0 or stage == 3:
-                weight = 1.0
-            for i in range(12):
-                if stage == 0:
-                    total[i] = slope[i]
-                else:
-                    total[i] += weight * slope[i]
+        u, gravity, _, _, xi_a, xi_u, rho_u = law(kind, p, x, t, motion)
+        omega_dot = dynamics.paper_acceleration(p, gravity, u, dynamics.disturbance(p, t))
+        judge(m, p, t, horizon, (
+            h, p.initial_angles, motion[0], motion[1], omega_dot, gravity, xi_a, xi_u, rho_u, u))
+        if step > 0:
+            m[9] += 0.5 * h * (power + u @ u)
+            if t <= 20.0 + 0.5 * h:
+                m[10] = m[9]
+        power = u @ u
         if step < steps:
-            for i in range(12):
-                y[i] += h / 6.0 * total[i]
+            motion = rk4(rates, (kind, p, x), t, motion, h)
+    return motion
 
 
 @kernel
-def sampled(
-    form, physical, y, horizon, steps, substeps, gains, phi, model, feed_forward, g, sign, mass, length, amplitude,
-    frequency, phase, torque_limit, speed_limit, kick_time, kick, rearm, m,
-):  # fmt: skip
-    """Law at rate steps / horizon, torque held, v by forward Euler; y (12,) angles, rates, v_a, v_u in place; metrics
-    in m.
+def matched(p, x, t, turn, angles, omega):
+    """The printed law with the error transform continued linearly where the sampled loop would be too stiff."""
+    rho_a, rho_u = attitude_bound(p, x, t), rate_bound(p, t)
+    xi_a = angles / rho_a
+    epsilon_a = capped_error(xi_a, matched_cap(p.period, p.lambda_a, rho_a, 0.98))
+    feedback = p.lambda_a * epsilon_a + switching_sign(epsilon_a, p.smoothing) * p.k_a * x.adaptive_a
+    x.virtual_rate = body_rates(turn, -feedback)
+    xi_u = (omega - x.virtual_rate) / rho_u
+    epsilon_u = capped_error(xi_u, matched_cap(p.period, p.lambda_u, rho_u, 0.98))
+    feedback = p.lambda_u * epsilon_u + switching_sign(epsilon_u, p.smoothing) * p.k_u * x.adaptive_u
+    return xi_a, epsilon_a, rho_u, xi_u, epsilon_u, -feedback
 
-    physical 0: paper plant; 1: physical plant with wheels. model (3, 3): the inertia the law uses. amplitude in rad/s^2
-    for both (the physical plant gets I0 d). kick (3,) is added to omega at kick_time. rearm 1 widens rho_a when it is
-    nearly left.
+
+@kernel
+def sampled_forms(form, p, x, t, turn, angles, omega):
+    """What `explicit` gives, of each form of the law."""
+    if form == EXPLICIT:
+        return explicit(p, x, t, turn, angles, omega)
+    if form == MATCHED:
+        return matched(p, x, t, turn, angles, omega)
+    if not x.begun:
+        explicit(p, x, t, turn, angles, omega)
+        x.begun = True
+    xi_a, rho_u = angles / attitude_bound(p, x, t), rate_bound(p, t)
+    xi_u = (omega - x.virtual_rate) / rho_u
+    epsilon_a, epsilon_u, acceleration = sampled_law(p, x, t, angles, turn, omega)
+    return xi_a, epsilon_a, rho_u, xi_u, epsilon_u, acceleration
+
+
+@kernel
+def paper_period(held, t, h, substeps, angles, omega):
+    """The paper's plant one period on."""
+    begin, motion = dynamics.disturbance(held[0], t), (angles, omega)
+    for k in range(substeps):
+        motion, begin = dynamics.paper_step(held, begin, t + k * h, h, motion)
+    return motion
+
+
+@kernel
+def standing_period(held, t, h, substeps, motion):
+    """The physical plant one period on."""
+    for k in range(substeps):
+        motion = dynamics.standing_step(held, t + k * h, h, motion)
+    return motion
+
+
+@kernel
+def sampled(form, physical, p, x, run, m):
+    """Law at rate steps / horizon, torque held, v by forward Euler; the last angles; metrics in m.
+
+    physical 0: paper plant; 1: physical plant with wheels (it gets I0 d). run: horizon, steps, substeps, kick_time, kick
+    (added to omega at kick_time), rearm (1: widen rho_a when it is nearly left).
     """
+    horizon, steps, substeps, kick_time, kick, rearming = run
     h = horizon / steps
-    i0 = mass * length * length / 6.0
-    gravity = np.full(3, -g / math.sqrt(3.0))
-    theta = mass * length * length * (11.0 / 12.0 * np.eye(3) - 0.25 * np.ones((3, 3)))
-    inverse = np.linalg.inv(theta - WHEEL_INERTIA * np.eye(3))
-    a = np.zeros((12, 3))
-    cap_a = np.ones(3)
-    cap_u = np.ones(3)
-    m_g = np.zeros(3)
-    u = np.zeros(3)
-    demand = np.zeros(3)
-    d = np.zeros(3)
-    g_b = np.zeros(3)
-    next_a = np.zeros(3)
-    next_u = np.zeros(3)
-    predicted = np.zeros(3)
-    first = y[:3].copy()
-    state = np.zeros(10)
-    slope = np.zeros(10)
-    work = np.zeros((4, 10))
-    start_bound = gains[0].copy()
-    start_time = np.zeros(3)
-    v_a = y[6:9]
-    v_u = y[9:12]
-    quaternion_from_cardan(y, state)
-    state[4:7] = y[3:6]
+    angles, omega, attitude, wheel_speed = p.initial_angles, p.initial_rates, quaternion_from_cardan(p.initial_angles), same(0.0)
     kicked = False
     m[11] = 1e9
     for step in range(steps + 1):
         t = step * h
         if not kicked and t >= kick_time:
             kicked = True
-            for i in range(3):
-                y[3 + i] += kick[i]
-                state[4 + i] += kick[i]
+            omega += kick
         if physical:
-            cardan_from_quaternion(state, y)
-            y[3:6] = state[4:7]
-        if rearm:
-            funnel.rearm(t, y[:3], gains[1], gains[2], start_bound, start_time)
-        gravity_torque(y, gravity, sign, mass, length, m_g)
-        appc.attitude_bounds(t, start_bound, start_time, gains[1], gains[2], a[1])
-        appc.rate_bounds(t, gains[6], gains[7], gains[8], a[6])
-        if form == IMPLICIT:
-            if step == 0:
-                explicit(y[:3], y[3:6], t, gains, v_a, v_u, phi, cap_a, cap_u, a)
-            appc.normalise(y, a[10], a[1], a[0], a[2])
-            appc.normalise(y[3:6], a[4], a[6], a[5], a[7])
-            appc.attitude_bounds(t + h, start_bound, start_time, gains[1], gains[2], next_a)
-            appc.rate_bounds(t + h, gains[6], gains[7], gains[8], next_u)
-            appc.implicit_attitude_loop(
-                y, y[3:6], a[10], a[11], next_a, gains[3], gains[4], v_a, h, predicted, a[3], a[4]
-            )
-            appc.implicit_rate_loop(y[3:6], a[4], next_u, gains[9], gains[10], v_u, h, a[8], a[9])
-        else:
-            if form == MATCHED:
-                for i in range(3):
-                    cap_a[i] = funnel.matched_cap(h, gains[3, i], a[1, i], 0.98)
-                    cap_u[i] = funnel.matched_cap(h, gains[9, i], a[6, i], 0.98)
-            appc.attitude_loop(y, a[10], a[11], a[1], gains[3], gains[4], v_a, phi, cap_a, a[0], a[2], a[3], a[4])
-            appc.rate_loop(y[3:6], a[4], a[6], gains[9], gains[10], v_u, phi, cap_u, a[5], a[7], a[8], a[9])
-        appc.torque_demand(model, a[9], m_g, feed_forward, demand)
-        clipped = appc.limit_torque(demand, torque_limit, u)
+            angles = cardan_from_quaternion(attitude)
+        if rearming:
+            rearm(p, x, t, angles)
+        turn = sincos(angles)
+        gravity = to_body(turn, level_gravity(p))
+        xi_a, epsilon_a, rho_u, xi_u, epsilon_u, acceleration = sampled_forms(form, p, x, t, turn, angles, omega)
+        demand = appc.torque_demand(p, acceleration, gravity_torque(p, gravity))
+        u = clip(demand, -p.torque_limit, p.torque_limit)
+        clipped = any(u != demand)
+        disturbing = dynamics.disturbance(p, t)
+        omega_dot = dynamics.paper_acceleration(p, gravity, u, disturbing)
         if physical:
-            deliverable_torque(demand, state[7:], torque_limit, speed_limit, WHEEL_INERTIA, h, u)
-        cubli_dynamics.disturbance(t, amplitude, frequency, phase, d)
-        g_b[0], g_b[1], g_b[2] = to_body(y, gravity[0], gravity[1], gravity[2])
-        if physical:
-            for i in range(3):
-                d[i] *= i0
-            cubli_dynamics.physical_rates(state, u, d, gravity, mass, length, theta, inverse, WHEEL_INERTIA, slope)
-            judge(m, t, h, horizon, first, a[0], a[2], a[7], gains[9], a[6], y[3:6], slope[4:7], g_b, length, u)
-            for i in range(3):
-                m[18] = max(m[18], abs(state[7 + i]))
-        else:
-            cubli_dynamics.paper_rates(y, u, d, gravity, sign, mass, length, i0, slope)
-            judge(m, t, h, horizon, first, a[0], a[2], a[7], gains[9], a[6], y[3:6], slope[3:6], g_b, length, u)
+            u = deliverable_torque(p, demand, wheel_speed)
+            push = dynamics.centre_inertia(p) * disturbing
+            _, omega_dot, _ = dynamics.standing_rates((p, level_gravity(p), u), push, (attitude, omega, wheel_speed))
+            m[18] = max(m[18], largest(abs(wheel_speed)))
+        judge(m, p, t, horizon, (h, p.initial_angles, angles, omega, omega_dot, gravity, xi_a, xi_u, rho_u, u))
         if step < steps:
-            m[9] += h * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
+            m[9] += h * (u @ u)
             if t + h <= 20.0 + 0.5 * h:
                 m[10] = m[9]
+            held = (p, level_gravity(p), u)
             if physical:
-                cubli_dynamics.physical_step(
-                    state, t, h, substeps, u, amplitude * i0, frequency, phase, gravity, mass, length, theta, inverse,
-                    WHEEL_INERTIA, work,
-                )  # fmt: skip
+                attitude, omega, wheel_speed = standing_period(
+                    held, t, h / substeps, substeps, (attitude, omega, wheel_speed))
             else:
-                cubli_dynamics.paper_step(
-                    y[:6], t, h, substeps, u, amplitude, frequency, phase, gravity, sign, mass, length, i0, work
-                )
-            appc.adapt(h, gains[5], a[3], a[2], clipped, 1e9, v_a)
-            appc.adapt(h, gains[11], a[8], a[7], clipped, 1e9, v_u)
+                angles, omega = paper_period(held, t, h / substeps, substeps, angles, omega)
+            if not clipped:
+                x.adaptive_a = appc.adapted(h, x.adaptive_a, p.eta_a, epsilon_a, xi_a, 1e9)
+                x.adaptive_u = appc.adapted(h, x.adaptive_u, p.eta_u, epsilon_u, xi_u, 1e9)
+    return angles
+
+
+class LoopParameters(CubliPlantParameters, AppcParameters):
+    """Plant and laws in one record."""
+
+    kp: Vec3
+    kd: Vec3
+    c1: float
+    c2: float
+
+
+def records(gains, period, **values):
+    """Parameters and state for these gains; the baselines take theirs from the rows lambda_a and lambda_u."""
+    rows = dict(zip(GAINS, gains))
+    rows |= {"kp": rows["lambda_a"], "kd": rows["lambda_u"], "c1": rows["lambda_a"][0], "c2": rows["lambda_u"][0]}
+    p = made(LoopParameters, period, **rows, **values)
+    x = made(AppcState, start_bound=rows["rho_a0"])
+    return p, x
 
 
 def named(m):
@@ -293,36 +290,32 @@ def named(m):
 
 
 def run_continuous(
-    g, gains, horizon, step, kind=APPC, phi=PHI, sign=1.0, amplitude=0.02, frequency=1.0, phase=(0, 0, 0)
+    g, gains, horizon, step, kind=APPC, phi=PHI, sign=1, amplitude=0.02, frequency=1.0, phase=(0.0, 0.0, 0.0)
 ):
     """Result dictionary of the continuous loop, with the adaptive gains at the end as v_a, v_u."""
-    y = np.zeros(12)
-    y[:3] = START
     m = np.zeros(len(METRICS))
-    d = np.full(3, float(amplitude))
-    shifts = np.array(phase, dtype=float)
-    steps = round(horizon / step)
-    continuous(kind, y, float(horizon), steps, gains, phi, g, sign, MASS, LENGTH, d, float(frequency), shifts, m)
-    return named(m) | {"v_a": y[6:9].copy(), "v_u": y[9:12].copy(), "y": y}
+    p, x = records(gains, step, initial_angles=START, gravity=g, gravity_sign=int(sign), smoothing=phi, feed_forward=0.0,
+                   disturbance_amplitude=amplitude, disturbance_frequency=frequency, disturbance_phase=list(phase))
+    motion = continuous(kind, p, x, float(horizon), round(horizon / step), m)
+    return named(m) | {"v_a": np.array(motion[2]), "v_u": np.array(motion[3])}
 
 
 def run_sampled(
-    g, gains, horizon, rate, form=EXPLICIT, phi=PHI, sign=1.0, amplitude=0.02, frequency=1.0, phase=(0, 0, 0),
+    g, gains, horizon, rate, form=EXPLICIT, phi=PHI, sign=1, amplitude=0.02, frequency=1.0, phase=(0.0, 0.0, 0.0),
     feed_forward=0.0, physical=0, model=None, torque_limit=UNLIMITED, speed_limit=UNLIMITED, substeps=None, start=START,
     kick_time=1e9, kick=(0.0, 0.0, 0.0), rearm=0,
 ):  # fmt: skip
     """Result dictionary of the sampled loop at `rate` [Hz]; the plant's step is at most 1 ms unless given."""
-    y = np.zeros(12)
-    y[:3] = start
     m = np.zeros(len(METRICS))
     steps = round(horizon * rate)
     if substeps is None:
         substeps = max(1, math.ceil(horizon / steps / 1e-3 - 1e-9))
     if model is None:
         model = MASS * LENGTH**2 / 6.0 * np.eye(3)
-    sampled(
-        form, physical, y, float(horizon), steps, substeps, gains, phi, model, feed_forward, g, sign, MASS, LENGTH,
-        np.full(3, float(amplitude)), float(frequency), np.array(phase, dtype=float), torque_limit, speed_limit,
-        kick_time, np.array(kick), rearm, m,
-    )  # fmt: skip
-    return named(m) | {"v_a": y[6:9].copy(), "v_u": y[9:12].copy(), "y": y}
+    p, x = records(
+        gains, horizon / steps, initial_angles=start, gravity=g, gravity_sign=int(sign), smoothing=phi,
+        feed_forward=feed_forward, disturbance_amplitude=amplitude, disturbance_frequency=frequency,
+        disturbance_phase=list(phase), inertia=model.tolist(), torque_limit=torque_limit, speed_limit=speed_limit)
+    run = (float(horizon), steps, substeps, float(kick_time), Vec3(*kick), rearm)
+    angles = sampled(form, physical, p, x, run, m)
+    return named(m) | {"v_a": np.array(x.adaptive_a), "v_u": np.array(x.adaptive_u), "y": np.array(angles)}

@@ -10,7 +10,21 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from cubli_ros import attitude
-from flight_graph.vectors import cross, matrix_vector, transpose_vector
+from cubli_ros.appc_controller import RoverModel
+from flight_math import (
+    Mat3,
+    Quaternion,
+    Vec3,
+    conjugate,
+    inverse,
+    quaternion_from_rotation_vector,
+    quaternion_rates,
+    rotate,
+    rotate_back,
+    rotation_vector,
+    sincos,
+)
+from tests.cubli.records import made
 
 angle = st.floats(-1.4, 1.4)
 wide = st.floats(-3.0, 3.0)
@@ -20,11 +34,11 @@ ANGLES = [np.array(v) for v in [(0.0, 0.0, 0.0), (-0.3, 0.3, 0.3), (2.5, -1.2, -
 @pytest.mark.parametrize("angles", ANGLES)
 def test_rotation_matrix_is_the_cardan_sequence(angles):
     """A is the passive 1-2-3 sequence: the transpose of SciPy's intrinsic XYZ rotation."""
-    out = np.empty((3, 3))
-    attitude.rotation_matrix(angles, out)
-    np.testing.assert_allclose(out, Rotation.from_euler("XYZ", angles).as_matrix().T, atol=1e-15)
-    vector = np.array([0.3, -1.2, 2.0])
-    np.testing.assert_allclose(attitude.to_body(angles, *vector), out @ vector, atol=1e-15)
+    turn = sincos(Vec3(*angles))
+    matrix = np.reshape(attitude.rotation_matrix(turn).parts(), (3, 3))
+    np.testing.assert_allclose(matrix, Rotation.from_euler("XYZ", angles).as_matrix().T, atol=1e-15)
+    vector = Vec3(0.3, -1.2, 2.0)
+    np.testing.assert_allclose(attitude.to_body(turn, vector), matrix @ np.array(vector), atol=1e-15)
 
 
 def test_rate_matrix_follows_from_the_rotation_matrix():
@@ -45,11 +59,10 @@ def test_rate_matrix_follows_from_the_rotation_matrix():
     spin = -sum((a.diff(x) * rate for x, rate in zip((phi, theta, psi), rates, strict=True)), sympy.zeros(3)) * a.T
     omega = sympy.Matrix([spin[2, 1], spin[0, 2], spin[1, 0]])
     values = {phi: 0.4, theta: -0.8, psi: 1.1}
-    inverse = np.array(omega.jacobian(sympy.Matrix(rates)).subs(values), dtype=float)
-    angles = np.array([0.4, -0.8, 1.1])
-    np.testing.assert_allclose(attitude.body_rates(angles, 1.0, 2.0, 3.0), inverse @ [1, 2, 3], atol=1e-14)
-    rates = attitude.cardan_rates(angles, 1.0, 2.0, 3.0)
-    np.testing.assert_allclose(rates, np.linalg.solve(inverse, [1, 2, 3]), atol=1e-13)
+    printed = np.array(omega.jacobian(sympy.Matrix(rates)).subs(values), dtype=float)
+    turn, v = sincos(Vec3(0.4, -0.8, 1.1)), Vec3(1.0, 2.0, 3.0)
+    np.testing.assert_allclose(attitude.body_rates(turn, v), printed @ [1, 2, 3], atol=1e-14)
+    np.testing.assert_allclose(attitude.cardan_rates(turn, v), np.linalg.solve(printed, [1, 2, 3]), atol=1e-13)
 
 
 @settings(max_examples=60, deadline=None)
@@ -57,66 +70,60 @@ def test_rate_matrix_follows_from_the_rotation_matrix():
 def test_angles_and_quaternions(phi, theta, psi):
     angles = np.array([phi, theta, psi])
     rotation = Rotation.from_euler("XYZ", angles)
-    q = np.empty(4)
-    attitude.quaternion_from_cardan(angles, q)
+    q = attitude.quaternion_from_cardan(Vec3(*angles))
     expected = rotation.as_quat()
-    np.testing.assert_allclose(q * np.sign(q @ expected), expected, atol=1e-14)
-    back = np.empty(3)
-    attitude.cardan_from_quaternion(q, back)
-    np.testing.assert_allclose(back, angles, atol=1e-9)
-    vector = np.array([1.0, -2.0, 0.5])
-    np.testing.assert_allclose(attitude.quaternion_to_body(q, *vector), rotation.inv().apply(vector), atol=1e-13)
-    np.testing.assert_allclose(attitude.quaternion_to_balance(q, *vector), rotation.apply(vector), atol=1e-13)
+    np.testing.assert_allclose(np.array(q) * np.sign(np.array(q) @ expected), expected, atol=1e-14)
+    np.testing.assert_allclose(attitude.cardan_from_quaternion(q), angles, atol=1e-9)
+    vector = Vec3(1.0, -2.0, 0.5)
+    np.testing.assert_allclose(rotate_back(q, vector), rotation.inv().apply(vector), atol=1e-13)
+    np.testing.assert_allclose(rotate(q, vector), rotation.apply(vector), atol=1e-13)
 
 
 @settings(max_examples=60, deadline=None)
 @given(st.tuples(*[wide] * 6))
 def test_quaternion_algebra(values):
     a, b = Rotation.from_rotvec(values[:3]), Rotation.from_rotvec(values[3:])
-    out = np.empty(4)
-    attitude.quaternion_multiply(a.as_quat(), b.as_quat(), out)
-    np.testing.assert_allclose(Rotation.from_quat(out).as_matrix(), (a * b).as_matrix(), atol=1e-13)
-    attitude.quaternion_difference(a.as_quat(), b.as_quat(), out)
-    np.testing.assert_allclose(Rotation.from_quat(out).as_matrix(), (a.inv() * b).as_matrix(), atol=1e-13)
-    vector = np.empty(3)
-    attitude.rotation_vector_from_quaternion(out, vector)
+    q, r = Quaternion(*a.as_quat()), Quaternion(*b.as_quat())
+    np.testing.assert_allclose(Rotation.from_quat(q * r).as_matrix(), (a * b).as_matrix(), atol=1e-13)
+    difference = conjugate(q) * r
+    np.testing.assert_allclose(Rotation.from_quat(difference).as_matrix(), (a.inv() * b).as_matrix(), atol=1e-13)
+    vector = np.array(rotation_vector(difference))
     assert np.linalg.norm(vector) <= math.pi + 1e-12
     np.testing.assert_allclose(Rotation.from_rotvec(vector).as_matrix(), (a.inv() * b).as_matrix(), atol=1e-12)
 
 
 @pytest.mark.parametrize("scale", [0.0, 1e-12, 1e-9, 1e-5, 9e-5, 1.1e-4, 0.1, 3.0])
 def test_rotation_vectors_of_every_size(scale):
-    vector = scale * np.array([0.6, -0.8, 0.0])
-    q = np.empty(4)
-    attitude.quaternion_from_rotation_vector(*vector, q)
+    vector = scale * Vec3(0.6, -0.8, 0.0)
+    q = quaternion_from_rotation_vector(vector)
     np.testing.assert_allclose(q, Rotation.from_rotvec(vector).as_quat(), rtol=1e-14, atol=1e-30)
-    back = np.empty(3)
     for sign in (1.0, -1.0):
-        attitude.rotation_vector_from_quaternion(sign * q, back)
-        np.testing.assert_allclose(back, vector, rtol=1e-13, atol=1e-30)
+        np.testing.assert_allclose(rotation_vector(sign * q), vector, rtol=1e-13, atol=1e-30)
 
 
-def test_normalising_and_inverting():
-    q = np.array([0.0, 3.0, 0.0, 4.0])
-    attitude.quaternion_normalise(q)
-    np.testing.assert_allclose(q, [0.0, 0.6, 0.0, 0.8])
-    q = np.zeros(4)
-    attitude.quaternion_normalise(q)
-    np.testing.assert_array_equal(q, [0.0, 0.0, 0.0, 1.0])
+def test_inverse():
     matrix = np.array([[4.0, 1.0, -0.5], [0.8, 3.0, 0.2], [-0.4, 0.1, 5.0]])
-    out = np.empty((3, 3))
-    attitude.invert_3x3(matrix, out)
-    np.testing.assert_allclose(out, np.linalg.inv(matrix), rtol=1e-13)
-    np.testing.assert_allclose(matrix_vector(matrix, 1.0, 2.0, 3.0), matrix @ [1.0, 2.0, 3.0], rtol=1e-15)
-    np.testing.assert_allclose(transpose_vector(matrix, 1.0, 2.0, 3.0), matrix.T @ [1.0, 2.0, 3.0], rtol=1e-15)
-    np.testing.assert_array_equal(cross(1.0, 2.0, 3.0, -4.0, 0.5, 6.0), np.cross([1.0, 2.0, 3.0], [-4.0, 0.5, 6.0]))
+    found = np.reshape(inverse(Mat3(*matrix.ravel())).parts(), (3, 3))
+    np.testing.assert_allclose(found, np.linalg.inv(matrix), rtol=1e-13)
 
 
 def test_gravity_torque_is_the_printed_cross_product():
-    angles = np.array([-0.3, 0.3, 0.3])
-    gravity = np.array([-0.1, -0.3, 0.2])
+    angles = Vec3(-0.3, 0.3, 0.3)
+    gravity = Vec3(-0.1, -0.3, 0.2)
     matrix = Rotation.from_euler("XYZ", angles).as_matrix().T
-    for sign in (1.0, -1.0):
-        out = np.empty(3)
-        attitude.gravity_torque(angles, gravity, sign, 2.0, 0.2, out)
-        np.testing.assert_allclose(out, np.cross(np.full(3, sign * 0.1), matrix @ (2.0 * gravity)), atol=1e-16)
+    for sign in (1, -1):
+        torque = attitude.gravity_torque(made(RoverModel, gravity_sign=sign), attitude.to_body(sincos(angles), gravity))
+        np.testing.assert_allclose(torque, np.cross(np.full(3, sign * 0.1), matrix @ (2.0 * np.array(gravity))), atol=1e-16)
+
+
+def test_level_gravity_points_against_the_diagonal():
+    gravity = attitude.level_gravity(made(RoverModel, gravity=0.7))
+    np.testing.assert_allclose(gravity, -0.7 / math.sqrt(3.0) * np.ones(3), rtol=1e-15)
+
+
+@pytest.mark.parametrize("rate", [(0.3, -0.2, 0.5), (0.0, 0.0, 0.0)])
+def test_quaternion_rates_are_the_slope_of_a_turn(rate):
+    q, h = Rotation.from_rotvec([0.4, -0.2, 0.9]), 1e-6
+    after, before = ((q * Rotation.from_rotvec(step * np.array(rate))).as_quat() for step in (h, -h))
+    found = quaternion_rates(Quaternion(*q.as_quat()), Vec3(*rate))
+    np.testing.assert_allclose(found, (after - before) / (2.0 * h), atol=1e-10)

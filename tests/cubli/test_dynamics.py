@@ -7,12 +7,16 @@ import pytest
 import scipy.integrate
 from scipy.spatial.transform import Rotation
 
-from sim_nodes import cubli_dynamics, reaction_wheels
+from cubli_ros.attitude import level_gravity
+from flight_math import Quaternion, Vec3, kernel, same
+from sim_nodes.cubli import dynamics, reaction_wheels
+from sim_nodes.cubli.physical_plant import PhysicalPlantParameters
+from sim_nodes.cubli.plant import CubliPlantParameters
+from tests.cubli.records import made
 
 MASS, LENGTH, WHEEL = 2.0, 0.2, 1.0e-3  # [kg], [m], [kg m^2]
 I0 = MASS * LENGTH**2 / 6.0
 THETA = MASS * LENGTH**2 * (11.0 / 12.0 * np.eye(3) - 0.25 * np.ones((3, 3)))
-INVERSE = np.linalg.inv(THETA - WHEEL * np.eye(3))
 ARM = np.full(3, 0.5 * LENGTH)
 
 
@@ -40,11 +44,47 @@ def physical_right_hand_side(t, y, u, amplitude, frequency, phase, gravity):
     return np.concatenate([q_dot, omega_dot, -u / WHEEL - omega_dot])
 
 
+@kernel
+def steps(held, t, period, number, motion):
+    """The paper's plant over a period in a number of steps."""
+    begin, h = dynamics.disturbance(held[0], t), period / number
+    for k in range(number):
+        motion, begin = dynamics.paper_step(held, begin, t + k * h, h, motion)
+    return motion
+
+
+@kernel
+def standing_steps(held, t, period, number, motion):
+    """The physical plant over a period in a number of steps."""
+    h = period / number
+    for k in range(number):
+        motion = dynamics.standing_step(held, t + k * h, h, motion)
+    return motion
+
+
+def paper(state, t, period, number, u=(0.0, 0.0, 0.0), gravity=None, **values):
+    """`steps` on arrays; gravity: level unless given."""
+    p = made(CubliPlantParameters, **{"disturbance_amplitude": 0.0, **values})
+    held = (p, level_gravity(p) if gravity is None else Vec3(*gravity), Vec3(*u))
+    return np.concatenate(steps(held, t, period, number, (Vec3(*state[:3]), Vec3(*state[3:]))))
+
+
+def physical(state, t, period, number, u=(0.0, 0.0, 0.0), gravity=(0.0, 0.0, 0.0), **values):
+    """`standing_steps` on arrays."""
+    p = made(PhysicalPlantParameters, **{"disturbance_amplitude": 0.0, **values})
+    motion = (Quaternion(*state[:4]), Vec3(*state[4:7]), Vec3(*state[7:]))
+    return np.concatenate(standing_steps((p, Vec3(*gravity), Vec3(*u)), t, period, number, motion))
+
+
 def test_inertias():
-    assert cubli_dynamics.paper_inertia(MASS, LENGTH) == I0
-    theta = cubli_dynamics.corner_inertia(MASS, LENGTH)
+    p = made(PhysicalPlantParameters)
+    assert dynamics.centre_inertia(p) == I0
     centre = I0 * np.eye(3)  # a solid cube about its centre; parallel axes to the corner
-    np.testing.assert_allclose(theta, centre + MASS * (ARM @ ARM * np.eye(3) - np.outer(ARM, ARM)), rtol=1e-14)
+    theta = centre + MASS * (ARM @ ARM * np.eye(3) - np.outer(ARM, ARM))
+    vector = np.array([0.3, -0.7, 1.1])
+    np.testing.assert_allclose(dynamics.corner_momentum(p, Vec3(*vector)), theta @ vector, rtol=1e-14)
+    expected = np.linalg.solve(theta - WHEEL * np.eye(3), vector)
+    np.testing.assert_allclose(dynamics.standing_acceleration(p, Vec3(*vector)), expected, rtol=1e-13)
 
 
 @pytest.mark.parametrize("phase", [(0.0, 0.0, 0.0), (0.0, 2.0 * math.pi / 3.0, 4.0 * math.pi / 3.0)])
@@ -58,9 +98,8 @@ def test_paper_step(sign, phase):
         paper_right_hand_side, (0.7, 1.2), state, "DOP853", rtol=1e-12, atol=1e-13,
         args=(u, amplitude, 2.0, shift, gravity, sign),
     )  # fmt: skip
-    cubli_dynamics.paper_step(
-        state, 0.7, 0.5, 500, u, amplitude, 2.0, shift, gravity, sign, MASS, LENGTH, I0, np.zeros((4, 6))
-    )
+    state = paper(state, 0.7, 0.5, 500, u, gravity, gravity_sign=int(sign), disturbance_amplitude=amplitude,
+                  disturbance_frequency=2.0, disturbance_phase=shift)
     np.testing.assert_allclose(state, reference.y[:, -1], atol=1e-10)
 
 
@@ -74,22 +113,14 @@ def test_physical_step_on_tilted_ground():
         physical_right_hand_side, (0.3, 0.8), state, "DOP853", rtol=1e-12, atol=1e-13,
         args=(u, amplitude, 3.0, phase, gravity),
     )  # fmt: skip
-    cubli_dynamics.physical_step(
-        state, 0.3, 0.5, 500, u, amplitude, 3.0, phase, gravity, MASS, LENGTH, THETA, INVERSE, WHEEL, np.zeros((4, 10))
-    )
+    state = physical(state, 0.3, 0.5, 500, u, gravity, disturbance_amplitude=amplitude / I0, disturbance_frequency=3.0,
+                     disturbance_phase=phase)
     np.testing.assert_allclose(state, reference.y[:, -1], atol=1e-9)
 
 
 def test_fourth_order():
-    gravity = cubli_dynamics.level_gravity(9.8)
-    ends = []
-    for steps in (10, 20, 40, 2000):
-        state = np.array([-0.3, 0.3, 0.3, 0.0, 0.0, 0.0])
-        zero = np.zeros(3)
-        cubli_dynamics.paper_step(
-            state, 0.0, 0.2, steps, zero, zero, 1.0, zero, gravity, 1.0, MASS, LENGTH, I0, np.zeros((4, 6))
-        )
-        ends.append(state)
+    ends = [paper([-0.3, 0.3, 0.3, 0.0, 0.0, 0.0], 0.0, 0.2, number, gravity=same(-9.8 / math.sqrt(3.0)))
+            for number in (10, 20, 40, 2000)]
     errors = [np.abs(end - ends[-1]).max() for end in ends[:3]]
     assert 3.7 < math.log2(errors[0] / errors[1]) < 4.5
     assert 3.7 < math.log2(errors[1] / errors[2]) < 4.5
@@ -97,8 +128,7 @@ def test_fourth_order():
 
 def test_paper_energy():
     """No torque: I0 |omega|^2 / 2 + s m (-gravity) . A^T r keeps its value."""
-    gravity = cubli_dynamics.level_gravity(0.002)
-    zero = np.zeros(3)
+    gravity = np.full(3, -0.002 / math.sqrt(3.0))
     for sign in (1.0, -1.0):
         state = np.array([-0.3, 0.3, 0.3, 0.02, -0.01, 0.03])
 
@@ -107,16 +137,12 @@ def test_paper_energy():
             return 0.5 * I0 * y[3:] @ y[3:] + MASS * height
 
         before = energy(state)
-        cubli_dynamics.paper_step(
-            state, 0.0, 10.0, 10_000, zero, zero, 1.0, zero, gravity, sign, MASS, LENGTH, I0, np.zeros((4, 6))
-        )
+        state = paper(state, 0.0, 10.0, 10_000, gravity=gravity, gravity_sign=int(sign))
         assert math.isclose(energy(state), before, rel_tol=1e-10)
 
 
 def test_physical_energy_and_momentum():
     """Free wheels: energy in gravity; without gravity the angular momentum in the balance frame, torque or not."""
-    zero = np.zeros(3)
-
     def momentum(y):
         return Rotation.from_quat(y[:4]).apply(THETA @ y[4:7] + WHEEL * y[7:])
 
@@ -127,17 +153,10 @@ def test_physical_energy_and_momentum():
 
     q = Rotation.from_euler("XYZ", [-0.3, 0.3, 0.3]).as_quat()
     start = np.concatenate([q, [0.5, -0.4, 0.2], [30.0, -10.0, 5.0]])
-    state = start.copy()
     gravity = np.array([-1.0, -2.0, -4.0])
-    cubli_dynamics.physical_step(
-        state, 0.0, 2.0, 4000, zero, zero, 1.0, zero, gravity, MASS, LENGTH, THETA, INVERSE, WHEEL, np.zeros((4, 10))
-    )
+    state = physical(start, 0.0, 2.0, 4000, gravity=gravity)
     assert math.isclose(energy(state, gravity), energy(start, gravity), rel_tol=1e-10)
-    state = start.copy()
-    u = np.array([1e-2, -2e-2, 5e-3])
-    cubli_dynamics.physical_step(
-        state, 0.0, 2.0, 4000, u, zero, 1.0, zero, zero, MASS, LENGTH, THETA, INVERSE, WHEEL, np.zeros((4, 10))
-    )
+    state = physical(start, 0.0, 2.0, 4000, (1e-2, -2e-2, 5e-3))
     np.testing.assert_allclose(momentum(state), momentum(start), atol=1e-11)
 
 
@@ -146,8 +165,7 @@ def test_physical_energy_and_momentum():
 )
 def test_eigenvalues_at_the_balance_point(g, paper, physical):
     """+-sqrt(s 3 sqrt(3) g / l), each twice, and a double zero; the same with the corner inertia and wheels."""
-    gravity = cubli_dynamics.level_gravity(g)
-    zero = np.zeros(3)
+    gravity = same(-g / math.sqrt(3.0))
 
     def jacobian(function, point):
         columns = []
@@ -156,17 +174,14 @@ def test_eigenvalues_at_the_balance_point(g, paper, physical):
             for step in (1e-6, -1e-6):
                 moved = point.copy()
                 moved[i] += step
-                out = np.zeros(len(point))
-                function(moved, out)
-                ends.append(out)
+                ends.append(function(moved))
             columns.append((ends[0] - ends[1]) / 2e-6)
         return np.array(columns).T
 
     for sign in (1.0, -1.0):
-        matrix = jacobian(
-            lambda y, out, s=sign: cubli_dynamics.paper_rates(y, zero, zero, gravity, s, MASS, LENGTH, I0, out),
-            np.zeros(6)
-        )
+        held = (made(CubliPlantParameters, gravity_sign=int(sign)), gravity, same(0.0))
+        matrix = jacobian(lambda y, held=held: np.concatenate(
+            dynamics.paper_rates(held, same(0.0), (Vec3(*y[:3]), Vec3(*y[3:])))), np.zeros(6))
         values = np.linalg.eigvals(matrix)
         parts = np.sort(values.real if sign > 0 else values.imag)
         np.testing.assert_allclose(parts[[0, 1, 4, 5]], paper * np.array([-1, -1, 1, 1]), rtol=1e-5)
@@ -174,38 +189,28 @@ def test_eigenvalues_at_the_balance_point(g, paper, physical):
 
     balance = np.zeros(10)
     balance[3] = 1.0
-    matrix = jacobian(
-        lambda y, out: cubli_dynamics.physical_rates(
-            y, zero, zero, gravity, MASS, LENGTH, THETA, INVERSE, WHEEL, out
-        ),
-        balance,
-    )
+    held = (made(PhysicalPlantParameters), gravity, same(0.0))
+    matrix = jacobian(lambda y: np.concatenate(dynamics.standing_rates(
+        held, same(0.0), (Quaternion(*y[:4]), Vec3(*y[4:7]), Vec3(*y[7:])))), balance)
     matrix = matrix[np.ix_([0, 1, 2, 4, 5, 6], [0, 1, 2, 4, 5, 6])]  # attitude and rate; the wheels only follow
     values = np.sort(np.linalg.eigvals(matrix).real)
     np.testing.assert_allclose(values[[0, 1, 4, 5]], physical * np.array([-1, -1, 1, 1]), rtol=2e-5)
 
 
 def test_wheel_torque_limit_and_saturation():
-    out = np.empty(3)
     period = 0.01  # [s]
-    clipped = reaction_wheels.deliverable_torque(
-        np.array([0.5, -0.5, 0.01]), np.zeros(3), 0.02, 628.0, WHEEL, period, out
-    )
-    assert clipped == 2
+    p = made(CubliPlantParameters, period, torque_limit=0.02, speed_limit=628.0)
+    out = reaction_wheels.deliverable_torque(p, Vec3(0.5, -0.5, 0.01), same(0.0))
     np.testing.assert_array_equal(out, [0.02, -0.02, 0.01])
 
     # The first wheel is at its top speed: u < 0 would spin it up, u > 0 slows it down; the second is just below
-    speed = np.array([628.0, 627.95, -628.0])
-    clipped = reaction_wheels.deliverable_torque(np.full(3, -0.01), speed, 0.02, 628.0, WHEEL, period, out)
-    assert clipped == 2
+    speed = Vec3(628.0, 627.95, -628.0)
+    out = reaction_wheels.deliverable_torque(p, same(-0.01), speed)
     np.testing.assert_allclose(out, [0.0, -WHEEL * 0.05 / period, -0.01], atol=1e-12)
-    reaction_wheels.spin(out, np.zeros(3), WHEEL, period, speed)
-    np.testing.assert_allclose(speed, [628.0, 628.0, -627.9], rtol=1e-12)
+    np.testing.assert_allclose(reaction_wheels.spun(p, speed, out, same(0.0)), [628.0, 628.0, -627.9], rtol=1e-12)
 
 
 def test_wheels_take_the_momentum_that_the_body_gets():
-    speed = np.array([1.0, 2.0, 3.0])
-    before = speed.copy()
-    u, change = np.array([1e-3, -2e-3, 0.0]), np.array([0.1, 0.0, -0.2])
-    reaction_wheels.spin(u, change, WHEEL, 0.1, speed)
+    before, u, change = Vec3(1.0, 2.0, 3.0), Vec3(1e-3, -2e-3, 0.0), Vec3(0.1, 0.0, -0.2)
+    speed = reaction_wheels.spun(made(CubliPlantParameters, 0.1), before, u, change)
     np.testing.assert_allclose(WHEEL * (speed + change - before), -u * 0.1, atol=1e-18)

@@ -7,90 +7,91 @@ from pathlib import Path
 
 import numpy as np
 
-from cubli_ros import appc, attitude, attitude_filter, funnel, jump_condition
+from cubli_ros import appc, attitude, attitude_filter, funnel, jump_condition, sampled_appc
+from cubli_ros.appc_controller import AppcParameters, AppcState
+from cubli_ros.attitude_estimator import AttitudeEstimatorParameters, AttitudeEstimatorState
 from cubli_ros.backstepping import backstepping
+from cubli_ros.backstepping_controller import BacksteppingParameters
 from cubli_ros.pd import proportional_derivative
-from flight_graph import noise
-from sim_nodes import cubli_dynamics, reaction_wheels, sensors
+from cubli_ros.pd_controller import PdParameters
+from flight_math import Quaternion, Vec3, noise, normalised, same, sincos
+from sim_nodes.cubli import dynamics, reaction_wheels
+from sim_nodes.cubli.plant import CubliPlantParameters
+from sim_nodes.cubli.sensors import ImuParameters, StarTrackerParameters
+from sim_nodes.sensors import inertial, star_tracker
+from sim_nodes.sensors.inertial import ImuState
+from tests.cubli.records import made
 
 ROOT = Path(__file__).resolve().parents[2]
+
+
+THETA = 2.0 * 0.2**2 * (11.0 / 12.0 * np.eye(3) - 0.25 * np.ones((3, 3)))  # [kg m^2]
+
+
+class RunParameters(
+    CubliPlantParameters, BacksteppingParameters, PdParameters, AppcParameters, AttitudeEstimatorParameters, ImuParameters):
+    """Of every kernel in one record."""
 
 
 def short_run():
     """Every kernel family along 60 samples of a disturbed, noisy, clipped run; the numbers of each sample."""
     record = []
-    key = noise.stream_key(42, "imu")
-    state = np.array([-0.3, 0.3, 0.3, 0.01, -0.02, 0.03])
-    physical = np.concatenate([[0.1, -0.2, 0.05, 0.97], [0.01, -0.02, 0.03], [1.0, 2.0, -3.0]])
-    attitude.quaternion_normalise(physical)
-    gravity = cubli_dynamics.level_gravity(0.002)
-    theta = cubli_dynamics.corner_inertia(2.0, 0.2)
-    inverse = np.empty((3, 3))
-    attitude.invert_3x3(theta - 1e-3 * np.eye(3), inverse)
-    zero, one = np.zeros(3), np.ones(3)
-    m_g, u, delivered, error, xi, epsilon, delta, acceleration = (np.zeros(3) for _ in range(8))
-    rho_a, rho_u, e_u, eps_u, predicted, alpha = (np.zeros(3) for _ in range(6))
-    v_a, v_u, bias = np.full(3, 0.05), np.full(3, 0.1), np.full(3, 2e-4)
-    start_bound, start_time = np.full(3, 0.4), np.zeros(3)
-    q, filter_bias, covariance, innovation = np.zeros(4), np.zeros(3), np.zeros((6, 6)), np.zeros(3)
-    attitude_filter.start(np.array([0.1, 0.2, 0.3, 0.9273618495495703]), 1e-2, 1e-3, q, filter_bias, covariance)
-    work, star_work, gyro, previous = np.zeros((3, 6, 6)), np.zeros((2, 4)), np.zeros(3), np.zeros(3)
-    measured, specific, slope = np.zeros(4), np.zeros(3), np.zeros(6)
-    gains = [np.full(3, value) for value in (0.041, 0.01, 0.005, 0.008, -0.29, 0.1, 0.005, -0.25)]
-    gain, k, eta, final_a, l_a, rho_u0, final_u, l_u = gains
-    amplitude, phase = np.full(3, 0.02), np.array([0.0, 2.1, 4.2])
-    h = 0.01  # [s]
+    h, key = 0.01, noise.stream_key(42, "imu")
+    p = made(RunParameters, h, smoothing=0.01, disturbance_phase=[0.0, 2.1, 4.2], gravity=0.002, inertia=THETA.tolist(),
+             adaptive_a_limit=1.0, adaptive_u_limit=1.0, seed=key, gyro_walk_sigma=1e-6, accelerometer_sigma=1e-5,
+             gate=1e9, c1=1.0, c2=2.0)
+    laws = made(AppcState, adaptive_a=0.05, adaptive_u=0.1, start_bound=0.4)
+    gyro, estimate = made(ImuState, bias=2e-4), made(AttitudeEstimatorState)
+    star = made(StarTrackerParameters, seed=key + 1)
+    angles, omega = Vec3(-0.3, 0.3, 0.3), Vec3(0.01, -0.02, 0.03)
+    standing = normalised(Quaternion(0.1, -0.2, 0.05, 0.97)), omega, Vec3(1.0, 2.0, -3.0)
+    attitude_filter.start(p, estimate, Quaternion(0.1, 0.2, 0.3, 0.9273618495495703))
+    alpha, gravity, zero = same(0.0), attitude.level_gravity(p), same(0.0)
     for step in range(60):
         t = step * h
-        attitude.gravity_torque(state, gravity, 1.0, 2.0, 0.2, m_g)
-        widened = funnel.rearm(t, state[:3], final_a, l_a, start_bound, start_time)
-        appc.attitude_bounds(t, start_bound, start_time, final_a, l_a, rho_a)
-        appc.rate_bounds(t, rho_u0, final_u, l_u, rho_u)
-        cap = np.full(3, funnel.matched_cap(h, 0.041, rho_u[0], 0.98))
+        turn = sincos(angles)
+        body_gravity = attitude.to_body(turn, gravity)
+        m_g = attitude.gravity_torque(p, body_gravity)
+        funnel.rearm(p, laws, t, angles)
+        rho_a, rho_u = funnel.attitude_bound(p, laws, t), funnel.rate_bound(p, t)
+        cap = funnel.matched_cap(h, p.lambda_u, rho_u, 0.98)
+        xi_a = angles / rho_a
         if step % 3 == 0:
-            appc.attitude_loop(state, zero, zero, rho_a, gain, k, v_a, 0.01, one, error, xi, epsilon, delta)
-            appc.rate_loop(state[3:], delta, rho_u, gain, k, v_u, 0.01, cap, e_u, xi, eps_u, acceleration)
+            epsilon_a, laws.virtual_rate = appc.attitude_loop(p, laws, turn, xi_a, zero)
+            xi_u = (omega - laws.virtual_rate) / rho_u
+            epsilon_u, acceleration = appc.rate_loop(p, laws, xi_u)
         else:
-            appc.normalise(state[3:], delta, rho_u, e_u, xi)
-            appc.implicit_attitude_loop(
-                state, state[3:], zero, zero, rho_a, gain, k, v_a, h, predicted, epsilon, delta
-            )
-            appc.implicit_rate_loop(state[3:], delta, rho_u, gain, k, v_u, h, eps_u, acceleration)
-        appc.torque_demand(theta, acceleration, m_g, 1.0, u)
-        frozen = appc.limit_torque(u, 0.02, delivered)
-        appc.adapt(h, eta, epsilon, xi, frozen, 1.0, v_a)
-        appc.adapt(h, eta, eps_u, xi, frozen, 1.0, v_u)
-        clipped = reaction_wheels.deliverable_torque(u, physical[7:], 0.02, 628.0, 1e-3, h, delivered)
-        record += [m_g, rho_a, rho_u, delta, acceleration, u, delivered, v_a, v_u, [widened, frozen, clipped]]
+            xi_u = (omega - laws.virtual_rate) / rho_u
+            epsilon_a, epsilon_u, acceleration = sampled_appc.sampled_law(p, laws, t, angles, turn, omega)
+        u = appc.torque_demand(p, acceleration, m_g)
+        laws.adaptive_a = appc.adapted(h, laws.adaptive_a, p.eta_a, epsilon_a, xi_a, p.adaptive_a_limit)
+        laws.adaptive_u = appc.adapted(h, laws.adaptive_u, p.eta_u, epsilon_u, xi_u, p.adaptive_u_limit)
+        delivered = reaction_wheels.deliverable_torque(p, u, standing[2])
+        record += [m_g, rho_a, rho_u, cap, funnel.capped_error(xi_u, cap), laws.virtual_rate, acceleration, u, delivered]
+        record += [laws.adaptive_a, laws.adaptive_u, [laws.rearmed]]
 
-        cubli_dynamics.paper_rates(state, delivered, zero, gravity, 1.0, 2.0, 0.2, 0.0133, slope)
-        record.append(jump_condition.contact(state[3:], slope[3:], gravity, -gravity / 0.002, 0.2))
-        across = jump_condition.rate_across_diagonal(slope[3:])
+        omega_dot = dynamics.paper_acceleration(p, body_gravity, delivered, zero)
+        record.append(jump_condition.contact(omega, omega_dot, gravity, -gravity / 0.002, 0.2))
+        across = jump_condition.rate_across_diagonal(omega_dot)
         record.append([jump_condition.corner_rate_limit(0.002, 0.2, 0.9), across])
-        sensors.gyro_sample(key, step, physical[4:7], 1e-4, 1e-6, bias, gyro)
-        sensors.accelerometer_sample(key, step, physical[4:7], slope[3:], gravity, 0.2, 1e-5, specific)
-        sensors.star_tracker_sample(key + 1, step, physical, 5e-5, measured, star_work)
-        attitude_filter.predict(q, filter_bias, covariance, previous, gyro, h, 1e-4, 1e-6, work)
+        rates = inertial.gyro(step, p, gyro, standing[1])
+        specific = inertial.accelerometer(step, p, omega_dot - gravity)
+        measured = star_tracker.measured_attitude(step, star, standing[0])
+        attitude_filter.predict(p, estimate, rates)
         if step % 5 == 0:
-            result = attitude_filter.update(q, filter_bias, covariance, measured, 5e-5, 1e9, innovation, work)
-            record.append(result)
-        previous[:] = gyro
-        attitude.cardan_from_quaternion(q, predicted)
-        backstepping(predicted, predicted, gyro, 1.0, 2.0, theta, m_g, u, alpha)
-        record += [gyro, specific, measured, q, filter_bias, covariance, predicted, u, alpha]
-        proportional_derivative(predicted, gyro, one, one, theta, u)
-        record += [u, [noise.uniform(key, step, 7), noise.gaussian(key, step, 8)]]
+            record.append([attitude_filter.update(p, estimate, measured), estimate.innovation_squared])
+        estimate.gyro_before = rates
+        found = attitude.cardan_from_quaternion(estimate.quaternion)
+        alpha, acceleration = backstepping(p, sincos(found), found, rates)
+        record += [rates, specific, measured, estimate.quaternion, estimate.bias, found, alpha, acceleration]
+        record += [block.parts() for block in (
+            estimate.attitude_covariance, estimate.cross_covariance, estimate.bias_covariance)]
+        record += [proportional_derivative(p, found, rates), [noise.uniform(key, step, 7), noise.gaussian(key, step, 8)]]
 
-        cubli_dynamics.paper_step(
-            state, t, h, 2, delivered, amplitude, 1.0, phase, gravity, 1.0, 2.0, 0.2, 0.0133, np.zeros((4, 6))
-        )
-        cubli_dynamics.physical_step(
-            physical, t, h, 2, delivered, 1e-4 * one, 1.0, phase, gravity, 2.0, 0.2, theta, inverse, 1e-3,
-            np.zeros((4, 10)),
-        )  # fmt: skip
-        reaction_wheels.spin(delivered, gyro, 1e-3, h, alpha)
-        record += [state, physical, alpha]
-        record = [np.concatenate([np.ravel(np.asarray(item, dtype=float)) for item in record])]
+        (angles, omega), _ = dynamics.paper_step((p, gravity, delivered), dynamics.disturbance(p, t), t, h, (angles, omega))
+        standing = dynamics.standing_step((p, gravity, delivered), t, h, standing)
+        record += [angles, omega, *standing, reaction_wheels.spun(p, alpha, delivered, rates)]
+        record = [np.concatenate([np.ravel(np.array(item, dtype=float)) for item in record])]
     return record[0]
 
 

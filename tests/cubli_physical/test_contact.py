@@ -5,11 +5,14 @@ import math
 import numpy as np
 import pytest
 
+from flight_graph.components.component import kinds_of
 from flight_graph.errors import FlightError
 from flight_graph.graphs.scenario import load
-from flight_graph.kernel import plain
+from flight_math import Vec3
+from flight_math.values import view
 from msg_schemas import cubli
-from sim_nodes.cubli_sensors import Imu
+from sim_nodes.cubli.sensors import Imu
+from tests.cubli.records import made
 from tests.cubli_physical.runs import CENTRE_INERTIA, IDLE, LENGTH, MASS, THETA, WHEEL, normal_of, run
 
 G = 0.002  # [m/s^2]
@@ -99,15 +102,14 @@ def test_what_an_accelerometer_feels(paper):
     np.testing.assert_allclose(felt, expected, atol=1e-15)
     assert (felt[paper.phase(1.0)] == 0.0).all()
     signals = (cubli.TRUTH, cubli.TRUTH_CONTACT, cubli.IMU)
-    truth, contact, imu = (signal.zeros(1).view(np.recarray)[0] for signal in signals)
-    p, x = (kind.record().view(np.recarray)[0] for kind in (Imu.parameters, Imu.state))
-    truth.gravity[:] = (0.0, 0.0, -G)
-    p.accelerometer_sigma = 0.0
-    plain(Imu.kernel)(0, p, x, truth, contact, imu)
+    truth, contact, imu = (view(signal.new()[1][0], kinds_of(signal)) for signal in signals)
+    p, x = made(Imu.parameters, accelerometer_sigma=0.0), made(Imu.state)
+    truth.gravity = Vec3(0.0, 0.0, -G)
+    Imu.kernel(0, p, x, truth, contact, imu)
     np.testing.assert_allclose(imu.linear_acceleration, [0.0, 0.0, G])  # at rest, no contact message
     contact.header.stamp.sec = 1
-    contact.specific_force[:] = (1e-4, 2e-4, 3e-4)
-    plain(Imu.kernel)(0, p, x, truth, contact, imu)
+    contact.specific_force = Vec3(1e-4, 2e-4, 3e-4)
+    Imu.kernel(0, p, x, truth, contact, imu)
     np.testing.assert_allclose(imu.linear_acceleration, [1e-4, 2e-4, 3e-4])
 
 

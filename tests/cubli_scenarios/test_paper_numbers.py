@@ -10,11 +10,14 @@ import math
 import numpy as np
 import pytest
 
+from cubli_ros.attitude import level_gravity
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.graphs import metrics
 from flight_graph.graphs.scenario import load
-from flight_graph.kernel import plain
-from sim_nodes import cubli_dynamics
+from flight_math import Vec3, same
+from sim_nodes.cubli import dynamics
+from sim_nodes.cubli.plant import CubliPlantParameters
+from tests.cubli.records import made
 
 pytestmark = pytest.mark.xdist_group("cubli_paper")
 
@@ -88,16 +91,16 @@ def test_reference_number(request, row, source, metric, value, tolerance):
 @pytest.mark.parametrize("gravity, expected", [(9.8, 15.95655), (0.002, 0.2279507)])
 def test_row_2_unstable_eigenvalue(gravity, expected):
     """Row 2: the linearised plant of the paper has the eigenvalue sqrt(3 sqrt(3) g / l), found here by differences."""
-    rates, mass, length = plain(cubli_dynamics.paper_rates), 2.0, 0.2
-    down = np.full(3, -gravity / math.sqrt(3.0))
+    length, p = 0.2, made(CubliPlantParameters, gravity=gravity)
+    held = (p, level_gravity(p), same(0.0))
     jacobian = np.zeros((6, 6))
     for column in range(6):
         slopes = []
         for step in (-1e-6, 1e-6):
-            motion, slope = np.zeros(6), np.zeros(6)
+            motion = np.zeros(6)
             motion[column] = step
-            rates(motion, np.zeros(3), np.zeros(3), down, 1, mass, length, mass * length**2 / 6.0, slope)
-            slopes.append(slope)
+            rates = dynamics.paper_rates(held, same(0.0), (Vec3(*motion[:3]), Vec3(*motion[3:])))
+            slopes.append(np.concatenate(rates))
         jacobian[:, column] = (slopes[1] - slopes[0]) / 2e-6
     assert np.linalg.eigvals(jacobian).real.max() == pytest.approx(expected, rel=1e-4)
     assert expected == pytest.approx(math.sqrt(3.0 * math.sqrt(3.0) * gravity / length), rel=1e-6)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from flight_math import Quaternion, Vec3, kernel, plain, quaternion, rk4, rk4_array, rk4_between, stack_array, vec3
-from flight_math.dense import cholesky, cholesky_solve, ldl, ldl_solve, symmetric_eigen
+from flight_math.dense import cholesky, cholesky_solve, copy, ldl, ldl_solve, symmetric_eigen
 from tests.flight_math.value_cases import bits
 
 
@@ -29,6 +29,12 @@ def test_cholesky_is_that_of_numpy(size):
     cholesky_solve(factor, size, right)
     np.testing.assert_allclose(matrix @ right, np.arange(1.0, size + 1.0), rtol=1e-9, atol=1e-9)
     assert (factor[size] == 7.0).all() and (factor[:, size:] == 7.0).all()
+
+
+def test_copy_of_an_array_of_any_layout():
+    target = np.zeros((4, 2))
+    copy(np.arange(4.0), target[:, 1])
+    np.testing.assert_array_equal(target, [[0, 0], [0, 1], [0, 2], [0, 3]])
 
 
 def test_cholesky_tells_what_is_not_definite():

@@ -9,7 +9,9 @@ Nothing here uses the graph's order, the generated source, or the compiled loop.
 
 import numpy as np
 
-from flight_graph.kernel import plain
+from flight_graph.components.component import kinds_of
+from flight_math import plain
+from flight_math.values import view
 
 
 class ReferenceExecutor:
@@ -22,8 +24,8 @@ class ReferenceExecutor:
         for name, node in self.nodes.items():
             record = node.component.parameters.record(node.values)
             record["period"] = round(1e9 / node.rate_hz) / 1e9
-            self.parameters[name] = record.view(np.recarray)[0]
-            self.states[name] = node.component.initial_state(node.values).view(np.recarray)[0]
+            self.parameters[name] = view(record[0], node.component.parameters.kinds)
+            self.states[name] = view(node.component.initial_state(node.values)[0], node.component.state.kinds)
             for port, signal in node.component.outputs.items():
                 self.messages[name, port] = []
                 self.scratch[name, port] = signal.new()
@@ -58,10 +60,12 @@ class ReferenceExecutor:
 
     def _fire(self, name, part, t):
         component = self.nodes[name].component
-        records = [self.scratch[name, port][1].view(np.recarray)[0] for port in component.outputs]
-        for record in records:
+        records = []
+        for port, signal in component.outputs.items():
+            record = view(self.scratch[name, port][1][0], kinds_of(signal))
             stamp = self.scenario.epoch_ns + t
             record.header.stamp.sec, record.header.stamp.nanosec = stamp // 10**9, stamp % 10**9
+            records.append(record)
         inputs = self._inputs(name, t) if part == "kernel" else []
         plain(getattr(component, part))(t, self.parameters[name], self.states[name], *inputs, *records)
         for port in component.outputs:
@@ -78,5 +82,5 @@ class ReferenceExecutor:
             payload, record = signal.new()
             if allowed:
                 payload[:] = np.frombuffer(allowed[-1], "u1")
-            found.append(record.view(np.recarray)[0])
+            found.append(view(record[0], kinds_of(signal)))
         return found

@@ -161,7 +161,7 @@ def test_unknown_scenario():
 
 @toy.kernel
 def echo(t_ns, p, x, command, truth):
-    truth.angle[0] = command.effort[0]
+    truth.angle = command.effort
 
 
 class Echo(toy.Component):

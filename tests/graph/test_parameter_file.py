@@ -40,7 +40,7 @@ def test_a_misspelt_section_is_named(tmp_path):
     ("law:\n  ros__parameters: {k_aa: 0.5}\n", "law: no parameter called 'k_aa'; did you mean 'k_a'"),
     ("/**:\n  ros__parameters: {nowhere: 0.5}\n", "no parameter called 'nowhere'"),
     ("lav:\n  ros__parameters: {k_a: 0.5}\n", "none of its sections"), ("[1, 2]", "no ROS parameter file"),
-    ("a: &a [*a]", "no ROS parameter file"), ("{", "this is no YAML")])
+    ("a: &a [*a]", "stands for nothing, or for a value that it is in"), ("{", "this is no YAML")])
 def test_what_is_refused(tmp_path, text, sentence):
     with pytest.raises(FlightError, match=sentence.replace("(", r"\(")):
         read(tmp_path, text)

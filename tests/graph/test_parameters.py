@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies
 
-from flight_graph.components.records import Array, Choice, Parameters, State, Vec3, field
+from flight_graph.components.records import Array, Choice, Integers, Parameters, State, Vec3, field
 from flight_graph.errors import FlightError
 
 
@@ -17,13 +17,15 @@ class Example(Parameters):
     law: Choice("explicit", "implicit") = field("implicit")
     vector: Vec3 = field(0.25, unit="rad", ge=-1)
     matrix: Array(2, 3) = field((1, 2, 3, 4, 5, 6))
+    parents: Integers(3) = field([0, 0, 1], ge=0)
 
 
 def test_defaults_and_record():
     assert Example.defaults() == {"gain": 0.5, "count": 3, "on": False, "law": "implicit", "vector": [0.25] * 3,
-                                  "matrix": [[1, 2, 3], [4, 5, 6]]}
+                                  "matrix": [[1, 2, 3], [4, 5, 6]], "parents": [0, 0, 1]}
     record = Example.record({"vector": [1, 2, 3], "law": "explicit"})
     assert record.shape == (1,) and record["vector"].tolist() == [[1, 2, 3]] and record["law"][0] == 0
+    assert record["parents"].tolist() == [[0, 0, 1]] and record["parents"].dtype == np.int64
     assert record.dtype["gain"] == np.float64 and record.dtype["count"] == np.int64 and "period" in record.dtype.names
 
 
@@ -32,15 +34,17 @@ def test_defaults_and_record():
     ("law", "explicit", "explicit"), ("vector", 2, [2.0] * 3), ("vector", (1, 2, 3), [1.0, 2.0, 3.0]),
     ("vector", np.arange(3.0), [0.0, 1.0, 2.0]), ("matrix", [[1, 2, 3], [4, 5, 6]], [[1, 2, 3], [4, 5, 6]]),
     ("matrix", [1, 2, 3, 4, 5, 6], [[1, 2, 3], [4, 5, 6]]), ("matrix", 0.5, [[0.5] * 3] * 2),
+    ("parents", np.array([2, 1, 0]), [2, 1, 0]), ("parents", 4, [4, 4, 4]),
 ])
 def test_allowed(name, value, stored):
     assert Example.validate({name: value}, "node") == {name: stored}
 
 
 @pytest.mark.parametrize("name, value, allowed", [
+    ("parents", [0, 0.5, 1], "3 whole numbers, >= 0"), ("parents", [0, -1, 1], "3 whole numbers"),
     ("gain", 0.0, "a finite number, > 0 and <= 10 [N m/rad]"), ("gain", 10.000001, "<= 10"), ("gain", math.nan, "finite"),
     ("gain", math.inf, "finite"), ("gain", "0.5", "finite"), ("gain", True, "finite"), ("gain", None, "finite"),
-    ("gain", [1.0], "finite"), ("gain", {}, "finite"), ("count", 1.0, "a whole number, >= 0 and <= 9"), ("count", 10, "<= 9"),
+    ("gain", [1.0], "finite"), ("gain", {}, "finite"), ("count", 1.5, "a whole number, >= 0 and <= 9"), ("count", 10, "<= 9"),
     ("count", -1, ">= 0"), ("count", True, "whole"), ("count", "1", "whole"), ("on", 1, "true or false"),
     ("on", "yes", "true or false"), ("law", "implict", "one of explicit, implicit"), ("law", 0, "one of"),
     ("law", ["explicit"], "one of"), ("vector", [1, 2], "3 numbers, >= -1 [rad]"), ("vector", [1, 2, 3, 4], "3 numbers"),
@@ -59,7 +63,7 @@ def test_refused(name, value, allowed):
 def test_unknown_names_come_with_the_nearest():
     with pytest.raises(FlightError, match=r"node: no parameter called 'gian'; did you mean 'gain'\?"):
         Example.validate({"gian": 1}, "node")
-    with pytest.raises(FlightError, match="known: count, gain, law, matrix, on, vector"):
+    with pytest.raises(FlightError, match="known: count, gain, law, matrix, on, parents, vector"):
         Example.validate({"zzzzzz": 1}, "node")
 
 

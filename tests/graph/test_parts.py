@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -129,8 +130,13 @@ print(len(CompiledRun(Scenario(toy.scenario(), "toy.yaml")).run().tracks))
     assert done.stdout.strip() == "4", done.stderr
 
 
+def new(tmp_path):
+    """A line that makes a kernel one that no cache knows: the same source has the same key wherever it stands."""
+    return f"    # {tmp_path} {time.time_ns()}\n"
+
+
 def test_spoiled_code_is_not_loaded_but_made_anew(tmp_path):
-    data = component(tmp_path, "spoiled", COUNTING)
+    data = component(tmp_path, "spoiled", COUNTING + new(tmp_path))
     used = CompiledRun(Scenario(data, "n.yaml")).components
     compilation.compile_missing(used)
     path = cache.cache_folder("objects") / f"{parts.key(*used.values(), 'kernel')}.o"
@@ -143,9 +149,9 @@ def test_spoiled_code_is_not_loaded_but_made_anew(tmp_path):
 
 def test_compiling_here_gives_the_same_code_and_leaves_kernels_callable(tmp_path, monkeypatch):
     """Bytes equal to those of another process; afterwards a kernel is called from Python again."""
-    used = CompiledRun(Scenario(component(tmp_path, "here", COUNTING), "n.yaml")).components
+    used = CompiledRun(Scenario(component(tmp_path, "here", COUNTING + new(tmp_path)), "n.yaml")).components
     (one,) = used.values()
-    compilation.compile_missing(used)  # or an earlier test has: the same source has the same key wherever it stands
+    compilation.compile_missing(used)
     elsewhere = cache.read(parts.key(one, "kernel"))
     cache.remove(parts.key(one, "kernel"))
     monkeypatch.setenv(compilation.HERE, "1")
@@ -157,7 +163,7 @@ def test_compiling_here_gives_the_same_code_and_leaves_kernels_callable(tmp_path
 
 
 def test_a_progress_names_what_is_compiled(tmp_path):
-    used = CompiledRun(Scenario(component(tmp_path, "progress", COUNTING + "    out.three[1] = 1.0\n"), "n.yaml")).components
+    used = CompiledRun(Scenario(component(tmp_path, "progress", COUNTING + new(tmp_path)), "n.yaml")).components
     told = []
     assert compilation.compile_missing(used, progress=lambda *what: told.append(what)) == 1
     assert told[0] == (0, 1, next(iter(used))) and told[-1] == (1, 1, "")

@@ -1,11 +1,8 @@
 """A small oscillator with a sensor, a controller and a slow watcher: the graph that the executors' tests run."""
 
-import math
-
 from flight_graph.components.component import Component, same_stamp
-from flight_graph.components.records import Choice, Parameters, State, Vec3, field
-from flight_graph.kernel import kernel
-from flight_graph.noise import gaussian
+from flight_graph.components.records import Choice, Parameters, State, field
+from flight_math import Vec3, gaussian, kernel, sin
 from msg_schemas.qos import Role
 from msg_schemas.signal import Quantity, Signal, named_vector
 
@@ -29,24 +26,20 @@ class PlantState(State):
 
 @kernel
 def plant_start(p, x):
-    for i in range(3):
-        x.angle[i] = p.angle[i]
+    x.angle = p.angle
 
 
 @kernel
 def plant_output(t_ns, p, x, truth):
-    for i in range(3):
-        truth.angle[i] = x.angle[i]
-        truth.rate[i] = x.rate[i]
+    truth.angle, truth.rate = x.angle, x.rate
 
 
 @kernel
 def plant_update(t_ns, p, x, command):
-    for i in range(3):
-        for _ in range(4):
-            acceleration = (command.effort[i] - p.stiffness * math.sin(x.angle[i])) / p.inertia
-            x.rate[i] += 0.25 * p.period * acceleration
-            x.angle[i] += 0.25 * p.period * x.rate[i]
+    for _ in range(4):
+        acceleration = (command.effort - p.stiffness * sin(x.angle)) / p.inertia
+        x.rate += 0.25 * p.period * acceleration
+        x.angle += 0.25 * p.period * x.rate
 
 
 class Plant(Component):
@@ -64,9 +57,9 @@ class SensorParameters(Parameters):
 
 @kernel
 def sense(t_ns, p, x, truth, imu):
-    for i in range(3):
-        imu.angular_velocity[i] = truth.rate[i] + p.sigma * gaussian(p.seed, t_ns, i)
-        imu.linear_acceleration[i] = truth.angle[i]
+    noise = Vec3(gaussian(p.seed, t_ns, 0), gaussian(p.seed, t_ns, 1), gaussian(p.seed, t_ns, 2))
+    imu.angular_velocity = truth.rate + p.sigma * noise
+    imu.linear_acceleration = truth.angle
 
 
 class Sensor(Component):
@@ -86,11 +79,10 @@ class ControllerParameters(Parameters):
 
 @kernel
 def control(t_ns, p, x, imu, command):
-    for i in range(3):
-        kd = p.kd if p.law == 0 else 0.0
-        command.effort[i] = -p.kp * imu.linear_acceleration[i] - kd * imu.angular_velocity[i]
-        if abs(imu.linear_acceleration[i]) > p.angle_limit:
-            x.fault = 1
+    kd = p.kd if p.law == 0 else 0.0
+    command.effort = -p.kp * imu.linear_acceleration - kd * imu.angular_velocity
+    if any(abs(imu.linear_acceleration) > p.angle_limit):
+        x.fault = 1
 
 
 class Controller(Component):

@@ -4,12 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from scipy.special import beta as scipy_beta
 
-from flight_math import Vec3
+from flight_math import Vec3, uncompiled
 from sim_nodes.gravity import mesh
 from sim_nodes.gravity.ellipsoid import Ellipsoid, ellipsoid_gravity
 from sim_nodes.gravity.polyhedron import Polyhedron, evaluate
-from sim_nodes.gravity.superellipsoid import Superellipsoid
+from sim_nodes.gravity.superellipsoid import Superellipsoid, beta
 
 RADIUS = 245.0  # [m]
 BOX = np.array([2.0, 3.0, 5.0])  # [m] edges of a box with a corner at the origin
@@ -103,6 +104,11 @@ def test_against_polyhedral_gravity():
     _, expected, _ = oracle.GravityEvaluable(solid)(point, parallel=False)
     body = Polyhedron(vertices, faces, 6.67430e-11 * 1195.0)
     np.testing.assert_allclose(evaluate(body, point)[0][0], expected, rtol=1e-9, atol=1e-13)
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.04, 1.02), (1.0, 1.5), (1.415, 1.708), (4.0, 3.0)])
+def test_beta_function_is_scipys(x, y):
+    assert uncompiled(beta)(x, y) == pytest.approx(float(scipy_beta(x, y)), rel=1e-14)
 
 
 def test_volume_and_normal_of_the_superellipsoid():

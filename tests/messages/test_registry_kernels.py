@@ -7,7 +7,7 @@ import pytest
 from flight_graph.components import kernel_rules, registry
 from flight_math import plain
 
-NOT_YET_CONVERTED = ("cubli_ros", "spacerobot_ros", "sim_nodes", "flight_graph")  # packages with kernels of the old form
+NOT_YET_CONVERTED = ("sim_nodes", "flight_graph")  # packages with kernels of the old form
 MOST_ARGUMENTS = 7
 COMPONENTS = sorted(registry.components())
 

@@ -15,7 +15,6 @@ import pytest
 from tests.portable.scenario_digests import scenarios
 
 ROOT = Path(__file__).resolve().parents[2]
-NOT_YET = ("cubli_bennu", "lander_", "spacerobot_")  # still made with libm and NumPy
 PROBE = """
 import hashlib, json, math, sys
 import numba, numpy as np
@@ -59,9 +58,7 @@ def probe():
     return run("as it is"), run("shifted")
 
 
-@pytest.mark.parametrize("name", [
-    pytest.param(name, marks=pytest.mark.xfail(reason="not converted yet", strict=False) if name.startswith(NOT_YET) else ())
-    for name in scenarios()])
+@pytest.mark.parametrize("name", scenarios())
 def test_parameters_and_first_states(probe, name):
     before, shifted = (found[name] for found in probe)
     assert [what for what in before if before[what] != shifted[what]] == []

@@ -1,9 +1,13 @@
 """Random robots and states for the space robot's tests, and the same robot as a Pinocchio model."""
 
+from typing import NamedTuple
+
 import numpy as np
 
+from flight_math import Vec3
+from sim_nodes.spacerobot.dynamics import forward_dynamics
 from spacerobot_ros.dynamics import inverse_dynamics, mass_matrix, reduced_mass_matrix
-from spacerobot_ros.kinematics import joint_rotations
+from spacerobot_ros.kinematics import Motion, posed
 from spacerobot_ros.model import model_from_mapping
 from spacerobot_ros.regressor import regressor
 
@@ -57,42 +61,64 @@ class Signals:
         self.thd, self.thdd = size * rng.standard_normal((2, n))
 
 
-def rotations(robot, theta):
-    out = np.zeros((robot.joints, 3, 3))
-    joint_rotations(robot.fixed_rotation, robot.axis, np.asarray(theta, float), out)
-    return out
+def tree_at(robot, theta):
+    return posed(robot.geometry, np.asarray(theta, float), np.zeros((robot.joints, 3, 3)))
 
 
-def regress(robot, theta, w, w_r, al_r, a_r, thd, thd_r, thdd_r):
+def motion(w, w_r, al_r, a_r, thd, thd_r, thdd_r):
+    """A `Motion` of arrays."""
+    return Motion(Vec3(*w), Vec3(*w_r), Vec3(*al_r), Vec3(*a_r), thd, thd_r, thdd_r)
+
+
+def regress(robot, theta, *signals):
+    """Regressor of the signals of `motion`."""
     n = robot.joints
     y = np.full((6 + n, 10 * (n + 1)), np.nan)
-    regressor(
-        robot.parent, rotations(robot, theta), robot.offset, robot.axis, w, w_r, al_r, a_r, thd, thd_r, thdd_r, y,
-        np.zeros((n + 1, 12)), np.zeros((6, 10)),
-    )  # fmt: skip
+    regressor(tree_at(robot, theta), motion(*signals), y)
     return y
 
 
-def inverse(robot, theta, w, w_r, al_r, a_r, thd, thd_r, thdd_r, pi=None):
-    n = robot.joints
-    wrench = np.full(6 + n, np.nan)
-    inverse_dynamics(
-        robot.parent, rotations(robot, theta), robot.offset, robot.axis, robot.pi if pi is None else pi, w, w_r, al_r,
-        a_r, thd, thd_r, thdd_r, wrench, np.zeros((n + 1, 12)), np.zeros((n + 1, 6)),
-    )  # fmt: skip
+def inverse(robot, theta, *signals, pi=None):
+    """Inverse dynamics of the signals of `motion`."""
+    wrench = np.full(6 + robot.joints, np.nan)
+    inverse_dynamics(tree_at(robot, theta), robot.pi if pi is None else pi, motion(*signals), wrench)
     return wrench
+
+
+def forward(robot, theta, w, thd, wrench):
+    """Accelerations (6+n,) under a wrench."""
+    acceleration = np.full(6 + robot.joints, np.nan)
+    forward_dynamics(tree_at(robot, theta), robot.pi, Vec3(*w), np.asarray(thd, float), wrench, acceleration)
+    return acceleration
 
 
 def inertia_matrices(robot, theta):
     """Full (6+n) and reduced (3+n) mass matrix."""
     n = robot.joints
-    h, reduced = np.zeros((6 + n, 6 + n)), np.zeros((3 + n, 3 + n))
-    mass_matrix(
-        robot.parent, rotations(robot, theta), robot.offset, robot.axis, robot.pi, h, np.zeros((n + 1, 10)),
-        np.zeros((n + 1, 6)),
-    )  # fmt: skip
+    h, reduced = np.full((6 + n, 6 + n), np.nan), np.full((3 + n, 3 + n), np.nan)
+    mass_matrix(tree_at(robot, theta), robot.pi, h)
     reduced_mass_matrix(h, reduced)
     return h, reduced
+
+
+class Plant(NamedTuple):
+    """What the plant's kernels read of its parameters."""
+
+    parent: np.ndarray
+    fixed_rotation: np.ndarray
+    offset: np.ndarray
+    axis: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+    stop_stiffness: float
+    stop_damping: float
+
+
+def plant_of(robot, lower=None, upper=None, stiffness=0.0, damping=0.0):
+    """The robot with its joints free, or with stops."""
+    n = robot.joints
+    return Plant(*robot.geometry, np.full(n, -np.inf) if lower is None else lower,
+                 np.full(n, np.inf) if upper is None else upper, stiffness, damping)
 
 
 def relative(got, expected):

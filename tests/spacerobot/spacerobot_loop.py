@@ -8,20 +8,29 @@ import math
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from flight_graph.kernel import kernel
-from sim_nodes.spacerobot_dynamics import forward_dynamics, momentum_and_energy, state_size, step, work_size
+from flight_math import Quaternion, Vec3, conjugate, kernel, largest, norm, rotation_vector, stack_array, vec3
+from flight_math.dense import copy
+from sim_nodes.spacerobot.dynamics import forward_dynamics, momentum_and_energy, robot_state, state_size, step
 from spacerobot_ros import recursive_least_squares as rls
-from spacerobot_ros.adaptive_law import adaptive_control, control_work_size
+from spacerobot_ros.adaptive_law import (
+    PREDICTED,
+    Present,
+    control_torque,
+    predicted_acceleration,
+    reference_motion,
+    with_acceleration,
+)
 from spacerobot_ros.dynamics import composite_parameters, inverse_dynamics
-from spacerobot_ros.filtered_regressor import READY, filter_step, momentum_regressor
-from spacerobot_ros.kinematics import attitude_difference, joint_rotations, rotation_vector
+from spacerobot_ros.filtered_regressor import READY, Rows, filter_step, momentum_regressor
+from spacerobot_ros.kinematics import actual_motion, posed
 from spacerobot_ros.lyapunov_law import lyapunov_update
-from spacerobot_ros.model import find_model
 from spacerobot_ros.natural_adaptation import natural_update
 from spacerobot_ros.regressor import regressor
+from spacerobot_ros.robot_files import find_model
 from spacerobot_ros.trajectory import harmonic_reference
 
 MODEL = Path(str(resources.files("spacerobot_ros"))) / "models" / "mini_space_robot.yaml"
@@ -30,10 +39,20 @@ K_D0 = np.array([8.0, 8.0, 4.0, 1.5, 4.0, 1.5, 0.3])  # [N m s/rad]
 THETA_0 = np.radians([90.0, 45.0, 45.0, 0.0])
 NONE, RLS, LYAPUNOV, NATURAL, FILTERED = range(5)
 IDEAL, DIFFERENCED = range(2)
+ZERO = Vec3(0.0, 0.0, 0.0)
 
-# channels: roll, pitch, yaw, theta_1..4
-STEP = (np.radians([10.0, 0, 0, 90, 55, 55, 10]), np.zeros(7), np.ones(7), np.zeros(7))
-HARMONIC = (
+
+class Trajectory(NamedTuple):
+    """Channels: roll, pitch, yaw, theta_1..4."""
+
+    target: np.ndarray
+    amplitude: np.ndarray
+    cycle: np.ndarray
+    phase: np.ndarray
+
+
+STEP = Trajectory(np.radians([10.0, 0, 0, 90, 55, 55, 10]), np.zeros(7), np.ones(7), np.zeros(7))
+HARMONIC = Trajectory(
     np.radians([0.0, 0, 0, 90, 45, 45, 0]),
     np.radians([10.0, 0, 0, 0, 20, 20, 25]),
     np.array([20.0, 20, 20, 16, 16, 12, 10]),
@@ -41,144 +60,203 @@ HARMONIC = (
 )
 
 
-@kernel
-def plant(tree, pi, state, u, period, substeps, unbounded, still, wrench, work):
-    parent, fixed_rotation, offset, axis = tree
-    for k in range(3):
-        wrench[k] = 0.0
-    for k in range(u.shape[0]):
-        wrench[3 + k] = u[k]
-    for _ in range(substeps):
-        step(
-            parent, fixed_rotation, offset, axis, pi, state, wrench, still, -unbounded, unbounded, 0.0, 0.0,
-            period / substeps, work,
-        )  # fmt: skip
+class Sampling(NamedTuple):
+    """What `filter_step` reads of its parameters."""
+
+    bandwidth: float
+    period: float
+
+
+class Parameters(NamedTuple):
+    """Everything that the kernels read of their components' parameters, and what this loop needs besides."""
+
+    parent: np.ndarray
+    fixed_rotation: np.ndarray
+    offset: np.ndarray
+    axis: np.ndarray
+    target: np.ndarray
+    amplitude: np.ndarray
+    cycle: np.ndarray
+    phase: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+    stop_stiffness: float
+    stop_damping: float
+    form: int
+    base_acceleration: int
+    gain: np.ndarray
+    damping: np.ndarray
+    damping_scale: float
+    torque_limit: np.ndarray
+    period: float
+    substeps: int
+    estimator: int
+    first_row: int
+    acceleration_source: int
+    g_diagonal: np.ndarray
+    gamma: np.ndarray
+    natural_gain: float
+    bandwidth: float
+    forgetting: float
+
+
+class Reference(NamedTuple):
+    """The desired motion, as the topic `reference` has it."""
+
+    attitude: Quaternion
+    rates: Vec3
+    angular_acceleration: Vec3
+    joints: np.ndarray
+    joint_rates: np.ndarray
+    joint_accelerations: np.ndarray
+
+
+class Memory(NamedTuple):
+    """What lives from one sample to the next; the filter's part has the names of an estimator's state."""
+
+    state: np.ndarray
+    u: np.ndarray
+    w_before: np.ndarray
+    thd_before: np.ndarray
+    g: np.ndarray
+    memory: np.ndarray
+    filtered_torque: np.ndarray
+    filtered: np.ndarray
+
+
+class Sample(NamedTuple):
+    """Measured motion and torques (6+n,)."""
+
+    w: Vec3
+    al: Vec3
+    a: Vec3
+    theta: np.ndarray
+    thd: np.ndarray
+    thdd: np.ndarray
+    torques: np.ndarray
+
+
+class Histories(NamedTuple):
+    """One row a sample: ``attitude`` (3) [rad], ``joints`` (n) [rad], ``torque`` (3+n), ``prediction`` (), ``balance``
+    (|p|, |L - impulse|, T - work, T), ``regressors`` (6+n, p) of the actual motion if it has rows."""
+
+    attitude: np.ndarray
+    joints: np.ndarray
+    torque: np.ndarray
+    prediction: np.ndarray
+    balance: np.ndarray
+    regressors: np.ndarray
 
 
 @kernel
-def loop(
-    tree, pi_true, pi_hat, state, trajectory, estimator, first_row, acceleration_source, form, option, gain, damping,
-    limit, period, substeps, gamma, natural_gain, bandwidth, forgetting, g, g_diagonal, noise, attitude, joints, torque,
-    prediction, balance, regressors, work, rls_work,
-):  # fmt: skip
-    """Histories (steps, ...): ``attitude`` (3) [rad], ``joints`` (n) [rad], ``torque`` (3+n), ``prediction`` (),
-    ``balance`` (|p|, |L - impulse|, T - work, T), ``regressors`` (6+n, p) of the actual motion if it has rows."""
-    parent, fixed_rotation, offset, axis = tree
-    mean, amplitude, periods, phase = trajectory
-    n = parent.shape[0]
-    p = pi_true.shape[0]
-    rotation = np.zeros((n, 3, 3))
-    true_rotation = np.zeros((n, 3, 3))
-    q_d, w_d, wdot_d = np.zeros(4), np.zeros(3), np.zeros(3)
-    theta_d, thd_d, thdd_d = np.zeros(n), np.zeros(n), np.zeros(n)
-    square = np.zeros((3, 3))
-    difference = np.zeros(4)
-    u, sigma = np.zeros(3 + n), np.zeros(3 + n)
-    wrench, acceleration = np.zeros(6 + n), np.zeros(6 + n)
-    measured = np.zeros(6 + n)
-    base_signals, joint_signals = np.zeros((4, 3)), np.zeros((3, n))
-    y = np.zeros((6 + n, p))
-    motion, still_motion, block = np.zeros((n + 1, 12)), np.zeros((n + 1, 12)), np.zeros((2, 6, 10))
-    load = np.zeros((n + 1, 6))
-    control_work = np.zeros(32 * n + 128)
-    w, theta, thd, a = np.zeros(3), np.zeros(n), np.zeros(n), np.zeros(3)
-    w_before, thd_before = np.zeros(3), np.zeros(n)
-    alpha, thdd = np.zeros(3), np.zeros(n)
-    linear, angular, still = np.zeros(3), np.zeros(3), np.zeros(3)
-    zero = np.zeros(3 + n)
-    unbounded = np.full(n, np.inf)
-    y_momentum, y_rate, y_push = np.zeros((3 + n, p)), np.zeros((3 + n, p)), np.zeros((3 + n, p))
-    filtered, memory, torque_filtered = np.zeros((3 + n, p)), np.zeros((2, 3 + n, p)), np.zeros(3 + n)
-    natural_work = np.zeros((20, 4))
-    ready = np.int64(0)
-    status = 0
-    for k in range(attitude.shape[0]):
-        harmonic_reference(
-            k * period, mean, amplitude, periods, phase, q_d, w_d, wdot_d, theta_d, thd_d, thdd_d, square
-        )
-        for i in range(3):
-            wrench[i] = 0.0
-        for i in range(3 + n):
-            wrench[3 + i] = u[i]
-        joint_rotations(fixed_rotation, axis, state[13 : 13 + n], true_rotation)
-        forward_dynamics(
-            parent, true_rotation, offset, axis, pi_true, state[10:13], state[13 + n : 13 + 2 * n], wrench,
-            acceleration, work,
-        )  # fmt: skip
-        for i in range(3):
-            w[i] = state[10 + i] + noise[k, i]
-            a[i] = acceleration[i] + noise[k, 3 + 2 * n + i]
-            alpha[i] = acceleration[3 + i]
-            if acceleration_source == DIFFERENCED:
-                alpha[i] = (w[i] - w_before[i]) / period if k > 0 else 0.0
-            w_before[i] = w[i]
-            measured[i] = 0.0
+def measure(p, x, acceleration, noise, first, sample):
+    """The sample with its angular acceleration, as it is or by the difference from the sample before; fills its arrays.
+
+    ``noise``: of w, thd, theta, a, torques."""
+    n, s = len(p.parent), robot_state(x.state)
+    w = s.rates + vec3(noise[0:3])
+    al = vec3(acceleration[3:6])
+    if p.acceleration_source == DIFFERENCED:
+        al = ZERO if first else (w - vec3(x.w_before)) / p.period
+    x.w_before[:] = w
+    for i in range(n):
+        sample.thd[i] = s.joint_rates[i] + noise[3 + i]
+        sample.theta[i] = s.joints[i] + noise[3 + n + i]
+        sample.thdd[i] = acceleration[6 + i]
+        if p.acceleration_source == DIFFERENCED:
+            sample.thdd[i] = 0.0 if first else (sample.thd[i] - x.thd_before[i]) / p.period
+        x.thd_before[i] = sample.thd[i]
+    for i in range(3 + n):
+        sample.torques[3 + i] = x.u[i] + noise[6 + 2 * n + i]
+    return Sample(w, al, vec3(acceleration[0:3]) + vec3(noise[3 + 2 * n:6 + 2 * n]), sample.theta, sample.thd, sample.thdd,
+                  sample.torques)
+
+
+@kernel
+def judge(p, x, pi_true, pi_hat, acceleration, out, k):
+    """Histories of what only the truth can tell."""
+    n, s = len(p.parent), robot_state(x.state)
+    wrench, difference = stack_array(6 + n), stack_array(len(pi_true))
+    for c in range(len(pi_true)):
+        difference[c] = pi_hat[c] - pi_true[c]
+    tree = posed(p, s.joints, stack_array(n, 3, 3))
+    motion = actual_motion(s.rates, vec3(acceleration[3:6]), vec3(acceleration[0:3]), s.joint_rates, acceleration[6:])
+    inverse_dynamics(tree, difference, motion, wrench)
+    total = 0.0
+    for r in range(3, 6 + n):
+        total += wrench[r] * wrench[r]
+    out.prediction[k] = math.sqrt(total)
+    if k < len(out.regressors):
+        regressor(tree, motion, out.regressors[k])
+    linear, angular, energy = momentum_and_energy(p, pi_true, x.state)
+    out.balance[k, 0], out.balance[k, 1] = norm(linear), largest(abs(angular - s.impulse))
+    out.balance[k, 2], out.balance[k, 3] = energy - s.work, energy
+
+
+@kernel
+def identify(p, x, sample, tree, phase, pi_hat):
+    """Least squares on the measured motion, or on the filtered one. Returns the filter's phase and the update's status."""
+    n, count = len(p.parent), len(pi_hat)
+    y = stack_array(6 + n, count)
+    rows = Rows(stack_array(3 + n, count), stack_array(3 + n, count), stack_array(3 + n, count))
+    status = rls.UPDATED
+    if p.estimator == RLS:
+        regressor(tree, actual_motion(sample.w, sample.al, sample.a, sample.thd, sample.thdd), y)
+        status = rls.update(y[p.first_row:], sample.torques[p.first_row:], p.forgetting, pi_hat, x.g, p.g_diagonal)
+    if p.estimator == FILTERED:
+        momentum_regressor(tree, sample.w, sample.thd, sample.a, rows)
+        phase = filter_step(p, x, phase, rows, sample.torques[3:])
+        if phase == READY:
+            status = rls.update(x.filtered, x.filtered_torque, p.forgetting, pi_hat, x.g, p.g_diagonal)
+    return phase, status
+
+
+@kernel
+def act(p, x, sample, tree, reference, pi_hat):
+    """The control law into x.u, and the laws of adaptation that follow it."""
+    n = len(p.parent)
+    sigma, signals, y = stack_array(3 + n), stack_array(3, n), stack_array(6 + n, len(pi_hat))
+    present = Present(robot_state(x.state).attitude, sample.w, sample.theta, sample.thd)
+    motion = reference_motion(p, present, reference, sigma, signals)
+    a_r = predicted_acceleration(tree, pi_hat, motion) if p.base_acceleration == PREDICTED else sample.a
+    motion = with_acceleration(motion, a_r)
+    control_torque(p, tree, pi_hat, motion, sigma, x.u)
+    if p.estimator == LYAPUNOV or p.estimator == NATURAL:
+        regressor(tree, motion, y)
+        if p.estimator == LYAPUNOV:
+            lyapunov_update(y[3:], sigma, p.gamma, p.period, pi_hat)
+        else:
+            natural_update(y[3:], sigma, p.natural_gain, p.period, 2.0, pi_hat)
+
+
+@kernel
+def loop(p, pi_true, pi_hat, x, noise, out):
+    """Fill the histories; returns the union of the least squares' codes."""
+    n = len(p.parent)
+    wrench, acceleration, joints = stack_array(6 + n), stack_array(6 + n), stack_array(3, n)
+    rotation = stack_array(n, 3, 3)
+    empty = Sample(ZERO, ZERO, ZERO, stack_array(n), stack_array(n), stack_array(n), stack_array(6 + n))
+    status, phase = 0, 0
+    for k in range(len(out.attitude)):
+        attitude, rates, angular_acceleration = harmonic_reference(p, k * p.period, joints)
+        reference = Reference(attitude, rates, angular_acceleration, joints[0], joints[1], joints[2])
+        s = robot_state(x.state)
+        copy(x.u, wrench[3:])
+        forward_dynamics(posed(p, s.joints, rotation), pi_true, s.rates, s.joint_rates, wrench, acceleration)
+        sample = measure(p, x, acceleration, noise[k], k == 0, empty)
+        tree = posed(p, sample.theta, rotation)
+        if not (p.acceleration_source == DIFFERENCED and k == 0):
+            phase, code = identify(p, x, sample, tree, phase, pi_hat)
+            status |= code
+        judge(p, x, pi_true, pi_hat, acceleration, out, k)
+        out.attitude[k] = rotation_vector(conjugate(s.attitude) * reference.attitude)
         for i in range(n):
-            thd[i] = state[13 + n + i] + noise[k, 3 + i]
-            theta[i] = state[13 + i] + noise[k, 3 + n + i]
-            thdd[i] = acceleration[6 + i]
-            if acceleration_source == DIFFERENCED:
-                thdd[i] = (thd[i] - thd_before[i]) / period if k > 0 else 0.0
-            thd_before[i] = thd[i]
-        for i in range(3 + n):
-            measured[3 + i] = u[i] + noise[k, 6 + 2 * n + i]
-        joint_rotations(fixed_rotation, axis, theta, rotation)
-        if estimator == RLS and not (acceleration_source == DIFFERENCED and k == 0):
-            regressor(parent, rotation, offset, axis, w, w, alpha, a, thd, thd, thdd, y, motion, block[0])
-            status |= rls.update(y, first_row, measured, forgetting, pi_hat, g, g_diagonal, rls_work)
-        if estimator == FILTERED:
-            momentum_regressor(
-                parent, rotation, offset, axis, w, thd, a, y_momentum, y_rate, y_push, motion, still_motion, block, zero
-            )
-            ready = filter_step(
-                y_momentum, y_rate, y_push, measured[3:], bandwidth, period, ready, memory, torque_filtered, filtered
-            )
-            if ready == READY:
-                status |= rls.update(
-                    filtered, np.int64(0), torque_filtered, forgetting, pi_hat, g, g_diagonal, rls_work
-                )
-        for i in range(p):
-            y[0, i] = pi_hat[i] - pi_true[i]
-        inverse_dynamics(
-            parent, true_rotation, offset, axis, y[0], state[10:13], state[10:13], acceleration[3:6], acceleration[0:3],
-            state[13 + n : 13 + 2 * n], state[13 + n : 13 + 2 * n], acceleration[6:], wrench, motion, load,
-        )  # fmt: skip
-        total = 0.0
-        for i in range(3 + n):
-            total += wrench[3 + i] * wrench[3 + i]
-        prediction[k] = math.sqrt(total)
-        if k < regressors.shape[0]:
-            regressor(
-                parent, true_rotation, offset, axis, state[10:13], state[10:13], acceleration[3:6], acceleration[0:3],
-                state[13 + n : 13 + 2 * n], state[13 + n : 13 + 2 * n], acceleration[6:], regressors[k], motion,
-                block[0],
-            )  # fmt: skip
-        attitude_difference(state[6:10], q_d, difference)
-        rotation_vector(difference, attitude[k])
-        for i in range(n):
-            joints[k, i] = theta_d[i] - state[13 + i]
-        energy = momentum_and_energy(parent, fixed_rotation, offset, axis, pi_true, state, linear, angular, work)
-        balance[k, 0] = math.sqrt(linear[0] * linear[0] + linear[1] * linear[1] + linear[2] * linear[2])
-        for i in range(3):
-            balance[k, 1] = max(balance[k, 1], abs(angular[i] - state[14 + 2 * n + i]))
-        balance[k, 2] = energy - state[13 + 2 * n]
-        balance[k, 3] = energy
-        adaptive_control(
-            form, option, parent, rotation, offset, axis, pi_hat, state[6:10], w, theta, thd, q_d, w_d, wdot_d, theta_d,
-            thd_d, thdd_d, a, gain, damping, limit, u, sigma, base_signals, joint_signals, control_work,
-        )  # fmt: skip
-        for i in range(3 + n):
-            torque[k, i] = u[i]
-        if estimator == LYAPUNOV or estimator == NATURAL:
-            regressor(
-                parent, rotation, offset, axis, base_signals[0], base_signals[1], base_signals[2], base_signals[3],
-                joint_signals[0], joint_signals[1], joint_signals[2], y, motion, block[0],
-            )  # fmt: skip
-            if estimator == LYAPUNOV:
-                lyapunov_update(y, 3, sigma, gamma, period, pi_hat)
-            else:
-                natural_update(y, 3, sigma, natural_gain, period, 2.0, pi_hat, natural_work)
-        plant(tree, pi_true, state, u, period, substeps, unbounded, still, wrench, work)
+            out.joints[k, i] = joints[0, i] - s.joints[i]
+        act(p, x, sample, tree, reference, pi_hat)
+        copy(x.u, out.torque[k])
+        copy(x.u, wrench[3:])
+        for _ in range(p.substeps):
+            step(p, pi_true, x.state, wrench, ZERO, p.period / p.substeps)
     return status
 
 
@@ -235,12 +313,10 @@ class Run:
 def initial_state(theta=THETA_0, robot=ROBOT):
     """At rest, attitude identity, the system's centre of mass at the inertial origin."""
     n = robot.joints
-    state = np.zeros(state_size(n))
-    rotation, composite = np.zeros((n, 3, 3)), np.zeros((n + 1, 10))
-    joint_rotations(robot.fixed_rotation, robot.axis, theta, rotation)
-    composite_parameters(robot.parent, rotation, robot.offset, robot.pi, composite)
-    state[:3] = -composite[0, 6:9] / composite[0, 9]
-    state[6] = 1.0
+    state, composite = np.zeros(state_size(n)), np.zeros(10 * (n + 1))
+    composite_parameters(posed(robot.geometry, theta, np.zeros((n, 3, 3))), robot.pi, composite)
+    state[:3] = -composite[6:9] / composite[9]
+    state[9] = 1.0
     state[13 : 13 + n] = theta
     return state
 
@@ -252,22 +328,20 @@ def run(
     robot=ROBOT,
 ):  # fmt: skip
     n = robot.joints
-    p = 10 * (n + 1)
+    count = 10 * (n + 1)
     steps = int(round(duration / period))
     pi_hat = np.array(robot.pi if prior is None else prior)
-    pi_true = robot.pi if pi_true is None else pi_true
-    state = initial_state(robot=robot)
-    noise = np.zeros((steps, 9 + 3 * n)) if noise is None else noise
-    g_diagonal = np.ones(p) if g_diagonal is None else g_diagonal
-    gamma = np.zeros(p) if gamma is None else gamma
-    histories = [np.zeros((steps, 3)), np.zeros((steps, n)), np.zeros((steps, 3 + n)), np.zeros(steps)]
-    histories += [np.zeros((steps, 4)), np.zeros((steps if keep_regressors else 0, 6 + n, p))]
-    tree = (robot.parent, robot.fixed_rotation, robot.offset, robot.axis)
-    status = loop(
-        tree, pi_true, pi_hat, state, trajectory, estimator, first_row, acceleration_source, form, option,
-        np.full(3 + n, float(gain)), damping, np.broadcast_to(np.asarray(limit, float), 3 + n).copy(), period,
-        max(1, int(round(period / step_size))), gamma, natural_gain, bandwidth, forgetting, np.diag(g_diagonal),
-        g_diagonal, noise, *histories, np.zeros(work_size(n)), np.zeros((rls.work_rows(6 + n, p), p)),
+    g_diagonal = np.ones(count) if g_diagonal is None else g_diagonal
+    p = Parameters(
+        *robot.geometry, *trajectory, np.full(n, -np.inf), np.full(n, np.inf), 0.0, 0.0, form, option,
+        np.full(3 + n, float(gain)), damping, 1.0, np.broadcast_to(np.asarray(limit, float), 3 + n).copy(), period,
+        max(1, int(round(period / step_size))), estimator, first_row, acceleration_source, g_diagonal,
+        np.zeros(count) if gamma is None else gamma, natural_gain, bandwidth, forgetting,
     )  # fmt: skip
-    assert control_work_size(n) <= 32 * n + 128
-    return Run(period, *histories, pi_hat, state, status)
+    x = Memory(initial_state(robot=robot), np.zeros(3 + n), np.zeros(3), np.zeros(n), np.diag(g_diagonal),
+               np.zeros((2, 3 + n, count)), np.zeros(3 + n), np.zeros((3 + n, count)))
+    out = Histories(np.zeros((steps, 3)), np.zeros((steps, n)), np.zeros((steps, 3 + n)), np.zeros(steps),
+                    np.zeros((steps, 4)), np.zeros((steps if keep_regressors else 0, 6 + n, count)))
+    noise = np.zeros((steps, 9 + 3 * n)) if noise is None else noise
+    status = loop(p, robot.pi if pi_true is None else pi_true, pi_hat, x, noise, out)
+    return Run(period, *out, pi_hat, x.state, status)

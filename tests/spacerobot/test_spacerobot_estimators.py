@@ -5,15 +5,16 @@ import pytest
 from scipy.linalg import expm
 
 from flight_graph.errors import FlightError
-from sim_nodes.spacerobot_dynamics import forward_dynamics, step, work_size
+from flight_math import Vec3
+from sim_nodes.spacerobot.dynamics import step
 from spacerobot_ros import natural_adaptation
 from spacerobot_ros import recursive_least_squares as rls
 from spacerobot_ros.excitation import accumulate, singular_values
-from spacerobot_ros.filtered_regressor import NOT_FINITE, READY, STARTED, filter_step, momentum_regressor
+from spacerobot_ros.filtered_regressor import NOT_FINITE, READY, STARTED, Filter, Rows, filter_step, momentum_regressor
 from spacerobot_ros.inertial_parameters import prior, pseudo_inertia, smallest_pseudo_inertia_eigenvalues
 from spacerobot_ros.lyapunov_law import adaptation_gain, lyapunov_update
-from tests.spacerobot.spacerobot_cases import Signals, random_robot, regress, rotations
-from tests.spacerobot.spacerobot_loop import FILTERED, HARMONIC, LYAPUNOV, RLS, ROBOT, initial_state, run
+from tests.spacerobot.spacerobot_cases import Signals, forward, plant_of, random_robot, regress, tree_at
+from tests.spacerobot.spacerobot_loop import FILTERED, HARMONIC, LYAPUNOV, RLS, ROBOT, Sampling, initial_state, run
 
 PI = ROBOT.pi
 
@@ -22,10 +23,9 @@ class LeastSquares:
     def __init__(self, diagonal, start, forgetting=1.0):
         self.pi, self.diagonal, self.forgetting = start.copy(), diagonal, forgetting
         self.g = np.diag(diagonal)
-        self.work = np.zeros((rls.work_rows(10, len(start)), len(start)))
 
     def update(self, y, measurement, first_row=0):
-        return rls.update(y, first_row, measurement, self.forgetting, self.pi, self.g, self.diagonal, self.work)
+        return rls.update(y[first_row:], measurement[first_row:], self.forgetting, self.pi, self.g, self.diagonal)
 
 
 @pytest.mark.parametrize("first_row", [0, 3])
@@ -109,11 +109,11 @@ def test_lyapunov_update_is_its_formula_and_skips_what_is_not_finite():
     y, sigma = rng.standard_normal((10, 50)), rng.standard_normal(7)
     gain = adaptation_gain(PI, "prior_squared")
     pi = PI.copy()
-    assert lyapunov_update(y, 3, sigma, gain, 0.02, pi)
+    assert lyapunov_update(y[3:], sigma, gain, 0.02, pi)
     np.testing.assert_allclose(pi, PI + 0.02 * 5 * PI * PI * (y[3:].T @ sigma), rtol=1e-12)
     sigma[2] = np.inf
     before = pi.copy()
-    assert not lyapunov_update(y, 3, sigma, gain, 0.02, pi)
+    assert not lyapunov_update(y[3:], sigma, gain, 0.02, pi)
     np.testing.assert_array_equal(pi, before)
 
 
@@ -121,7 +121,7 @@ def test_natural_update_against_the_matrix_exponential():
     rng = np.random.default_rng(4)
     y, sigma = rng.standard_normal((10, 50)), rng.standard_normal(7)
     got = PI.copy()
-    assert natural_adaptation.natural_update(y, 3, sigma, 3.0, 0.02, 1e3, got, np.zeros(natural_adaptation.WORK)) == 0
+    assert natural_adaptation.natural_update(y[3:], sigma, 3.0, 0.02, 1e3, got) == 0
     basis = [pseudo_inertia(row) for row in np.eye(10)]
     for b in range(5):
         slope = (y[3:].T @ sigma)[10 * b : 10 * b + 10]
@@ -135,16 +135,15 @@ def test_natural_update_against_the_matrix_exponential():
 
 
 def test_projection_makes_bodies_possible_and_leaves_good_ones():
-    work = np.zeros(natural_adaptation.WORK)
     good = PI.copy()
-    assert natural_adaptation.project(good, 1e-6, work) == 0
+    assert natural_adaptation.project(good, 1e-6) == 0
     np.testing.assert_array_equal(good, PI)
     for seed in range(50):
         pi = prior(PI, 0.4, seed)
-        natural_adaptation.project(pi, 0.02, work)
+        natural_adaptation.project(pi, 0.02)
         assert smallest_pseudo_inertia_eigenvalues(pi).min() > 0.0
         smallest = np.zeros(5)
-        natural_adaptation.smallest_eigenvalues(pi, smallest, work)
+        natural_adaptation.smallest_eigenvalues(pi, smallest)
         np.testing.assert_allclose(smallest, smallest_pseudo_inertia_eigenvalues(pi), rtol=1e-6, atol=1e-12)
 
 
@@ -152,20 +151,16 @@ def test_natural_update_leaves_an_impossible_body_alone():
     pi = PI.copy()
     pi[9] = -1.0
     before = pi.copy()
-    work = np.zeros(natural_adaptation.WORK)
-    assert natural_adaptation.natural_update(np.ones((10, 50)), 3, np.ones(7), 3.0, 0.02, 2.0, pi, work) == 1
+    assert natural_adaptation.natural_update(np.ones((7, 50)), np.ones(7), 3.0, 0.02, 2.0, pi) == 1
     np.testing.assert_array_equal(pi[:10], before[:10])
     assert np.any(pi[10:] != before[10:])
 
 
-def momentum_rows(robot, s, a):
+def momentum_rows(robot, theta, w, thd, a):
     n, p = robot.joints, 10 * (robot.joints + 1)
-    y = [np.full((3 + n, p), np.nan) for _ in range(3)]
-    momentum_regressor(
-        robot.parent, rotations(robot, s.theta), robot.offset, robot.axis, s.w, s.thd, a, *y, np.zeros((n + 1, 12)),
-        np.zeros((n + 1, 12)), np.zeros((2, 6, 10)), np.zeros(3 + n),
-    )  # fmt: skip
-    return y
+    rows = Rows(*np.full((3, 3 + n, p), np.nan))
+    momentum_regressor(tree_at(robot, theta), Vec3(*w), thd, Vec3(*a), rows)
+    return rows
 
 
 @pytest.mark.parametrize("joints", [1, 4, 9])
@@ -177,11 +172,9 @@ def test_momentum_form_equals_the_equation_of_motion(joints):
     h = 1e-6  # [s]
     sides = []
     for sign in (1.0, -1.0):
-        moved = Signals(rng, robot)
-        moved.theta = s.theta + sign * h * s.thd + 0.5 * h * h * s.thdd
-        moved.w, moved.thd = s.w + sign * h * s.al, s.thd + sign * h * s.thdd
-        sides.append(momentum_rows(robot, moved, s.a)[0])
-    _, rate, push = momentum_rows(robot, s, s.a)
+        theta = s.theta + sign * h * s.thd + 0.5 * h * h * s.thdd
+        sides.append(momentum_rows(robot, theta, s.w + sign * h * s.al, s.thd + sign * h * s.thdd, s.a).momentum)
+    _, rate, push = momentum_rows(robot, s.theta, s.w, s.thd, s.a)
     got = (sides[0] - sides[1]) / (2 * h) + rate + push
     expected = regress(robot, s.theta, s.w, s.w, s.al, s.a, s.thd, s.thd, s.thdd)[3:]
     assert np.abs(got - expected).max() < 1e-8 * np.abs(expected).max()
@@ -190,31 +183,22 @@ def test_momentum_form_equals_the_equation_of_motion(joints):
 def test_filtered_regressor_predicts_the_filtered_torque():
     """Free-floating motion under torque held at 50 Hz: W pi against tau_f, to the trapezoid rule's error."""
     period, u = 0.02, np.zeros(7)
-    state, wrench, acceleration, work = initial_state(), np.zeros(10), np.zeros(10), np.zeros(work_size(4))
-    memory, torque, w = np.zeros((2, 7, 50)), np.zeros(7), np.zeros((7, 50))
-    ready, worst = 0, 0.0
-    codes = []
+    state, wrench = initial_state(), np.zeros(10)
+    kept, plant = Filter(np.zeros((2, 7, 50)), np.zeros(7), np.zeros((7, 50))), plant_of(ROBOT)
+    ready, worst, codes = 0, 0.0, []
     for k in range(300):
         wrench[3:] = u
-        forward_dynamics(
-            ROBOT.parent, rotations(ROBOT, state[13:17]), ROBOT.offset, ROBOT.axis, PI, state[10:13], state[17:21],
-            wrench, acceleration, work,
-        )  # fmt: skip
-        s = Signals(np.random.default_rng(0), ROBOT)
-        s.theta, s.w, s.thd = state[13:17].copy(), state[10:13].copy(), state[17:21].copy()
-        rows = momentum_rows(ROBOT, s, acceleration[:3].copy())
+        theta, w, thd = state[13:17].copy(), state[10:13].copy(), state[17:21].copy()
+        rows = momentum_rows(ROBOT, theta, w, thd, forward(ROBOT, theta, w, thd, wrench)[:3])
         reading = np.full(7, np.nan) if k == 100 else u
-        ready = filter_step(*rows, reading, 2.0, period, ready, memory, torque, w)
+        ready = filter_step(Sampling(2.0, period), kept, ready, rows, reading)
         codes.append(ready)
         if ready == READY:
-            worst = max(worst, np.abs(w @ PI - torque).max())
+            worst = max(worst, np.abs(kept.filtered @ PI - kept.filtered_torque).max())
         u = 0.05 * np.sin(0.1 * k + np.arange(7.0)) * np.array([4, 4, 2, 1, 2, 1, 0.1])
         wrench[3:] = u
         for _ in range(4):
-            step(
-                ROBOT.parent, ROBOT.fixed_rotation, ROBOT.offset, ROBOT.axis, PI, state, wrench, np.zeros(3),
-                np.full(4, -np.inf), np.full(4, np.inf), 0.0, 0.0, period / 4, work,
-            )  # fmt: skip
+            step(plant, PI, state, wrench, Vec3(0.0, 0.0, 0.0), period / 4)
     assert codes[0] == STARTED and codes[99:103] == [READY, NOT_FINITE, STARTED, READY]
     assert worst < 2e-4  # [N m], of torques up to 0.2 N m
 
@@ -250,13 +234,13 @@ def test_with_sensor_noise_differencing_harms_and_filtering_repairs(seed):
 def test_excitation_in_flight_equals_the_singular_values_of_the_stack():
     rng = np.random.default_rng(5)
     scale = np.abs(PI)
-    triangle, row, values, work = np.zeros((50, 50)), np.zeros(50), np.zeros(50), np.zeros((50, 50))
+    triangle, values = np.zeros((50, 50)), np.zeros(50)
     stack = []
     for _ in range(40):
         s = Signals(rng, ROBOT)
         y = regress(ROBOT, s.theta, s.w, s.w, s.al, s.a, s.thd, s.thd, s.thdd)
-        assert accumulate(y, 3, scale, triangle, row) == 7
+        assert accumulate(y[3:], scale, triangle) == 7
         stack.append(y[3:] * scale)
     expected = np.linalg.svd(np.concatenate(stack), compute_uv=False)
-    singular_values(triangle, values, work)
+    singular_values(triangle, values)
     np.testing.assert_allclose(values, expected, rtol=1e-9, atol=1e-12 * expected[0])

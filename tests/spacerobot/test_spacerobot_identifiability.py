@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from flight_graph.errors import FlightError
-from spacerobot_ros.identifiability import identify, momentum_free_acceleration, stack_regressors
+from spacerobot_ros.identifiability import Samples, identify, momentum_free_acceleration, stack_regressors
 from spacerobot_ros.trajectory import harmonic_reference
 from tests.spacerobot.spacerobot_loop import HARMONIC, ROBOT
 
@@ -16,22 +16,22 @@ def random_motion(states=400):
     theta = rng.uniform(-np.pi, np.pi, (states, 4))
     thd, thdd = rng.standard_normal((2, states, 4))
     w, alpha = rng.standard_normal((2, states, 3))
-    return theta, w, thd, alpha, thdd
+    return Samples(theta, w, thd, alpha, thdd)
 
 
 def harmonic_motion():
     samples = []
     for t in np.arange(0.0, 60.0 + 1e-9, 0.1):
-        out = [np.zeros(4), np.zeros(3), np.zeros(3), np.zeros(4), np.zeros(4), np.zeros(4)]
-        harmonic_reference(t, *HARMONIC, *out, np.zeros((3, 3)))
-        samples.append(out)
-    _, w, alpha, theta, thd, thdd = (np.array(column) for column in zip(*samples, strict=True))
-    return theta, w, thd, alpha, thdd
+        joints = np.zeros((3, 4))
+        _, w, alpha = harmonic_reference(HARMONIC, t, joints)
+        samples.append((w.parts(), alpha.parts(), *joints))
+    w, alpha, theta, thd, thdd = (np.array(column) for column in zip(*samples, strict=True))
+    return Samples(theta, w, thd, alpha, thdd)
 
 
 def analyse(motion, rows, cut=1e-10):
-    a = momentum_free_acceleration(ROBOT, *motion)
-    stack = stack_regressors(ROBOT, *motion, a, ROWS[rows])
+    a = momentum_free_acceleration(ROBOT, motion)
+    stack = stack_regressors(ROBOT, motion, a, ROWS[rows])
     return stack, identify(stack, ROBOT.parameter_names, ROBOT.pi, cut)
 
 

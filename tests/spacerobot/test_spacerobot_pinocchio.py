@@ -3,16 +3,17 @@
 import numpy as np
 import pytest
 
-from sim_nodes.spacerobot_dynamics import forward_dynamics, momentum_and_energy, work_size
+from sim_nodes.spacerobot.dynamics import momentum_and_energy
 from tests.spacerobot.spacerobot_cases import (
     PinocchioTwin,
     Signals,
+    forward,
     inertia_matrices,
     inverse,
+    plant_of,
     random_robot,
     regress,
     relative,
-    rotations,
 )  # fmt: skip
 from tests.spacerobot.spacerobot_loop import ROBOT, initial_state
 
@@ -45,7 +46,6 @@ def test_regressor_and_inverse_dynamics(robot, states):
 def test_mass_matrix_and_forward_dynamics(robot, states):
     twin = PinocchioTwin(pin, robot)
     rng = np.random.default_rng(2)
-    work = np.zeros(work_size(robot.joints))
     for _ in range(states):
         s = Signals(rng, robot)
         q, v, _ = twin.state(s)
@@ -56,10 +56,7 @@ def test_mass_matrix_and_forward_dynamics(robot, states):
         eliminated = expected[3:, 3:] - expected[3:, :3] @ np.linalg.solve(expected[:3, :3], expected[:3, 3:])
         assert relative(reduced, eliminated) < TOLERANCE
         wrench = rng.standard_normal(6 + robot.joints)
-        got = np.zeros(6 + robot.joints)
-        forward_dynamics(
-            robot.parent, rotations(robot, s.theta), robot.offset, robot.axis, robot.pi, s.w, s.thd, wrench, got, work
-        )
+        got = forward(robot, s.theta, s.w, s.thd, wrench)
         expected = pin.aba(twin.model, twin.data, q, v, twin.back(wrench))[twin.rows]
         expected[:3] += np.cross(s.w, s.v)
         assert relative(got, expected) < TOLERANCE
@@ -77,14 +74,11 @@ def test_momentum_and_energy(robot):
     state[:3] = rng.standard_normal(3)
     turn = pin.Quaternion(*(rng.standard_normal(4))).normalized()
     state[3:6] = turn.toRotationMatrix() @ s.v
-    state[6:10] = turn.w, turn.x, turn.y, turn.z
+    state[6:10] = turn.x, turn.y, turn.z, turn.w
     state[10:13], state[13 : 13 + n], state[13 + n : 13 + 2 * n] = s.w, s.theta, s.thd
     q[:3], q[3:7] = state[:3], turn.coeffs()
-    linear, angular = np.zeros(3), np.zeros(3)
-    energy = momentum_and_energy(
-        robot.parent, robot.fixed_rotation, robot.offset, robot.axis, robot.pi, state, linear, angular,
-        np.zeros(work_size(n)),
-    )  # fmt: skip
+    linear, angular, energy = momentum_and_energy(plant_of(robot), robot.pi, state)
+    linear, angular = np.array(linear.parts()), np.array(angular.parts())
     pin.computeCentroidalMomentum(model, data, q, v)
     assert relative(linear, data.hg.linear) < TOLERANCE
     assert relative(angular, data.hg.angular + np.cross(data.com[0], data.hg.linear)) < TOLERANCE

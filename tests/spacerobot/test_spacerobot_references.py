@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from sim_nodes.spacerobot_dynamics import forward_dynamics, work_size
 from spacerobot_ros.dynamics import composite_parameters
 from spacerobot_ros.inertial_parameters import prior
-from tests.spacerobot.spacerobot_cases import Signals, inertia_matrices, inverse, random_robot, regress, rotations
+from tests.spacerobot.spacerobot_cases import Signals, forward, inertia_matrices, inverse, random_robot, regress, tree_at
 from tests.spacerobot.spacerobot_loop import ROBOT, THETA_0
 
 W = np.array([0.1, -0.2, 0.3])  # [rad/s]
@@ -17,10 +16,10 @@ def close(got, expected):
 
 
 def test_mass_and_center_of_mass():
-    composite = np.zeros((5, 10))
-    composite_parameters(ROBOT.parent, rotations(ROBOT, THETA_0), ROBOT.offset, ROBOT.pi, composite)
-    close(composite[0, 9], 36.6)
-    close(composite[0, 6:9] / 36.6, [0.022387978, 0.031287130, 0.115355810])
+    composite = np.zeros(50)
+    composite_parameters(tree_at(ROBOT, THETA_0), ROBOT.pi, composite)
+    close(composite[9], 36.6)
+    close(composite[6:9] / 36.6, [0.022387978, 0.031287130, 0.115355810])
 
 
 def test_reduced_mass_matrix():
@@ -41,12 +40,7 @@ def test_gain_of_the_loop_through_a_delayed_accelerometer():
 
 def test_forward_dynamics():
     wrench = np.concatenate([np.zeros(3), [0.05, -0.04, 0.03, 0.02, -0.01, 0.015, -0.005]])
-    got = np.zeros(10)
-    work = np.zeros(work_size(4))
-    forward_dynamics(
-        ROBOT.parent, rotations(ROBOT, THETA_0), ROBOT.offset, ROBOT.axis, ROBOT.pi, W, THD, wrench, got, work
-    )
-    close(got[:3], [0.004046176, 0.011113485, 0.013782067])
+    close(forward(ROBOT, THETA_0, W, THD, wrench)[:3], [0.004046176, 0.011113485, 0.013782067])
 
 
 def test_inverse_dynamics_with_the_base_acceleration_from_the_force_rows():

@@ -9,8 +9,8 @@ from flight_graph.components.component import Component
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.graphs.scenario import load
 from msg_schemas.spacerobot import topics
-from sim_nodes.spacerobot_plant import plant
-from sim_nodes.spacerobot_sensors import sensors
+from sim_nodes.spacerobot.plant import plant
+from sim_nodes.spacerobot.sensors import sensors
 from spacerobot_ros.adaptation_monitor import monitor
 from spacerobot_ros.adaptive_controller import controller
 from spacerobot_ros.gradient_estimators import estimators
@@ -93,4 +93,4 @@ def test_components_of_the_branched_robot():
         assert issubclass(component, Component)
     values = natural.resolve({**natural.parameters.defaults(), "model": str(ROBOTS / "branched.yaml"),
                               "prior_eta": 0.2}, "natural")
-    assert len(values["prior"]) == 60 and values["parent"] == [0.0, 1.0, 2.0, 2.0, 0.0]
+    assert len(values["prior"]) == 60 and values["parent"] == [0, 1, 2, 2, 0]

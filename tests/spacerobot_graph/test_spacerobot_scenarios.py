@@ -9,11 +9,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from flight_graph.engines.compiled import CompiledRun
+from flight_graph.engines.single import SingleComponent
 from flight_graph.graphs.metrics import compute
 from flight_graph.graphs.scenario import load
 from papers.spacerobot.metrics import attitude_errors
 from spacerobot_ros.inertial_parameters import smallest_pseudo_inertia_eigenvalues
-from spacerobot_ros.model import find_model
+from spacerobot_ros.robot_files import find_model
 
 pytestmark = pytest.mark.xdist_group("spacerobot_rls")  # one process compiles the graph
 
@@ -155,3 +156,18 @@ def test_natural_adaptation_stays_among_possible_bodies():
         tail.append((found["attitude_tail_deg"], found["joint_tail_deg"], np.sqrt(np.mean(error * error))))
     np.testing.assert_allclose(np.median(tail, axis=0), [0.132, 0.76, 0.0090], rtol=0.01)
     np.testing.assert_allclose(np.max(tail, axis=0), [0.254, 2.21, 0.0213], rtol=0.01)
+
+
+def test_plant_by_itself_starts_as_in_its_graph():
+    """As a node and a replay fire it; its output called parameters is not the record of its parameters."""
+    scenario = load("spacerobot_harmonic_rls")
+    node = scenario.graph.nodes["plant"]
+    component = node.component
+    parameters, state = component.parameters.record(node.values), component.initial_state(node.values)
+    inputs, outputs = ({port: signal.new()[1] for port, signal in ports.items()}
+                       for ports in (component.inputs, component.outputs))
+    plant = SingleComponent("plant", node.use, component, parameters, state, inputs, outputs,
+                            dict.fromkeys(outputs, node.period_ns), 0)
+    assert not plant.call("start", 0)
+    expected = CompiledRun(scenario).start(1).arrays["X_plant"]
+    assert state.tobytes() == expected.tobytes() and state["pi"][0].tolist() == node.values["pi"]

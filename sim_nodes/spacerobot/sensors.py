@@ -5,21 +5,25 @@ White noise per sample and axis from counter-based draws; a standard deviation o
 
 import math
 
-from cubli_ros.attitude import quaternion_from_rotation_vector, quaternion_multiply, quaternion_normalise
 from flight_graph.components.component import Component
-from flight_graph.components.records import Array, Parameters, State, Vec3, field
-from flight_graph.kernel import kernel
-from flight_graph.noise import gaussian
+from flight_graph.components.records import Parameters, Vec3, field
 from flight_graph.timebase import SECOND
+from flight_math import gaussian, kernel, stack_array
 from msg_schemas import spacerobot
+from sim_nodes.sensors.inertial import write_imu
+from sim_nodes.sensors.star_tracker import measured_attitude
+from sim_nodes.sensors.white_noise import white_noise
+
+GYRO_DRAW, ACCELEROMETER_DRAW = 0, 3  # [-] first of three draw indices each
 
 
 @kernel
-def add_noise(key, tick, first_index, sigma, values):
-    """values (m,) += sigma times standard normal draws; nothing is drawn for sigma = 0."""
-    if sigma > 0.0:
-        for i in range(values.shape[0]):
-            values[i] += sigma * gaussian(key, tick, first_index + i)
+def noisy(p, t_ns, first_draw, sigma, values, measured):
+    """Fill ``measured`` with ``values`` (m,) and sigma times standard normal draws; nothing is drawn for sigma = 0."""
+    for i in range(len(values)):
+        measured[i] = values[i]
+        if sigma > 0.0:
+            measured[i] += sigma * gaussian(p.seed, t_ns, first_draw + i)
 
 
 class ImuParameters(Parameters):
@@ -33,15 +37,10 @@ class ImuParameters(Parameters):
 @kernel
 def sample_imu(t_ns, p, x, truth, imu):
     """Angular velocity and specific force at the base's origin (free fall: the inertial acceleration)."""
-    for k in range(3):
-        imu.angular_velocity[k] = truth.rates[k] + p.gyro_bias[k]
-        imu.linear_acceleration[k] = truth.acceleration[k] + p.accelerometer_bias[k]
-        imu.angular_velocity_covariance[4 * k] = p.gyro_sigma * p.gyro_sigma
-        imu.linear_acceleration_covariance[4 * k] = p.accelerometer_sigma * p.accelerometer_sigma
-    add_noise(p.seed, t_ns, 0, p.gyro_sigma, imu.angular_velocity)
-    add_noise(p.seed, t_ns, 3, p.accelerometer_sigma, imu.linear_acceleration)
-    imu.orientation[3] = 1.0
-    imu.orientation_covariance[0] = -1.0  # [-] sensor_msgs/Imu: no orientation is measured
+    rates = truth.rates + p.gyro_bias + white_noise(p.seed, t_ns, GYRO_DRAW, p.gyro_sigma)
+    specific_force = (truth.acceleration + p.accelerometer_bias
+                      + white_noise(p.seed, t_ns, ACCELEROMETER_DRAW, p.accelerometer_sigma))
+    write_imu(p, rates, specific_force, imu)
 
 
 class StarTrackerParameters(Parameters):
@@ -49,26 +48,10 @@ class StarTrackerParameters(Parameters):
     seed: int = field(0, ge=0, doc="noise stream")
 
 
-class StarTrackerState(State):
-    angle: Vec3
-    small: Array(4)
-    attitude: Array(4)
-    measured: Array(4)
-
-
 @kernel
 def sample_star_tracker(t_ns, p, x, truth, measured):
     """True attitude, turned by a small angle about base axes."""
-    for k in range(4):
-        x.attitude[k] = truth.attitude[k]
-    for k in range(3):
-        x.angle[k] = 0.0
-    add_noise(p.seed, t_ns, 0, p.sigma, x.angle[:])
-    quaternion_from_rotation_vector(x.angle[0], x.angle[1], x.angle[2], x.small[:])
-    quaternion_multiply(x.attitude[:], x.small[:], x.measured[:])
-    quaternion_normalise(x.measured[:])
-    for k in range(4):
-        measured.quaternion[k] = x.measured[k]
+    measured.quaternion = measured_attitude(t_ns, p, truth.attitude)
 
 
 class JointSensorParameters(Parameters):
@@ -83,38 +66,28 @@ class JointSensorParameters(Parameters):
 @kernel
 def sample_joints(t_ns, p, x, truth, joints, base):
     """Encoders, rates and torques of the joints, and the torque on the base."""
-    n = truth.joints.shape[0]
-    for i in range(n):
-        joints.position[i] = truth.joints[i]
-        joints.velocity[i] = truth.joint_rates[i]
-        joints.effort[i] = truth.joint_torque[i]
-    for k in range(3):
-        base.wrench.torque[k] = truth.base_torque[k]
-    add_noise(p.seed, t_ns, 0, p.encoder_sigma, joints.position)
-    add_noise(p.seed, t_ns, n, p.rate_sigma, joints.velocity)
-    add_noise(p.seed, t_ns, 2 * n, p.torque_sigma, joints.effort)
-    add_noise(p.seed, t_ns, 3 * n, p.torque_sigma, base.wrench.torque)
+    n = len(truth.joints)
+    angles, rates, torques = stack_array(n), stack_array(n), stack_array(n)
+    noisy(p, t_ns, 0, p.encoder_sigma, truth.joints, angles)
+    noisy(p, t_ns, n, p.rate_sigma, truth.joint_rates, rates)
+    noisy(p, t_ns, 2 * n, p.torque_sigma, truth.joint_torque, torques)
     since = t_ns / SECOND - p.torque_fault_time
     if p.torque_fault_time >= 0.0 and 0.0 <= since < p.torque_fault_duration:
-        joints.effort[n - 1] = math.nan
+        torques[n - 1] = math.nan
+    joints.position, joints.velocity, joints.effort = angles, rates, torques
+    base.wrench.torque = truth.base_torque + white_noise(p.seed, t_ns, 3 * n, p.torque_sigma)
 
 
 @kernel
-def copy_truth(t_ns, p, x, truth, odometry, joints, accelerations, torque):
+def copy_truth(t_ns, p, x, inputs, outputs):
     """The true state in the form of an estimate."""
-    for k in range(4):
-        odometry.pose.pose.orientation[k] = truth.attitude[k]
-    for k in range(3):
-        odometry.twist.twist.angular[k] = truth.rates[k]
-        accelerations.translation[k] = truth.acceleration[k]
-        accelerations.angular[k] = truth.angular_acceleration[k]
-        torque.wrench.torque[k] = truth.base_torque[k]
-    for i in range(truth.joints.shape[0]):
-        joints.position[i] = truth.joints[i]
-        joints.velocity[i] = truth.joint_rates[i]
-        joints.effort[i] = truth.joint_torque[i]
-        accelerations.joints[i] = truth.joint_accelerations[i]
-    accelerations.known = 1.0
+    truth = inputs.truth
+    odometry, joints, accelerations = outputs.odometry, outputs.joints, outputs.accelerations
+    odometry.pose.pose.orientation, odometry.twist.twist.angular = truth.attitude, truth.rates
+    joints.position, joints.velocity, joints.effort = truth.joints, truth.joint_rates, truth.joint_torque
+    accelerations.translation, accelerations.angular = truth.acceleration, truth.angular_acceleration
+    accelerations.joints, accelerations.known = truth.joint_accelerations, 1.0
+    outputs.torque.wrench.torque = truth.base_torque
 
 
 def sensors(topics: spacerobot.Topics) -> tuple[type[Component], ...]:
@@ -131,7 +104,7 @@ def sensors(topics: spacerobot.Topics) -> tuple[type[Component], ...]:
     class SpaceRobotStarTracker(Component):
         """Star tracker of the space robot's base."""
 
-        parameters, state = StarTrackerParameters, StarTrackerState
+        parameters = StarTrackerParameters
         inputs, outputs = {"truth": topics.truth}, {"measured": topics.star_tracker}
         rate_hz = 10.0
         kernel = sample_star_tracker

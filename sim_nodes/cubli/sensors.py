@@ -1,11 +1,13 @@
 """Sensors of the Cubli rover as components: inertial measurement unit and star tracker. Sampling: `sim_nodes.sensors`."""
 
 from cubli_ros.attitude import quaternion_from_cardan
+from cubli_ros.jump_condition import centre_acceleration
 from flight_graph.components.component import Component
-from flight_graph.components.records import Array, Parameters, State, Vec3, field
-from flight_graph.kernel import kernel
+from flight_graph.components.records import Parameters, field
+from flight_math import Vec3, kernel
 from msg_schemas import cubli
-from sim_nodes import sensors
+from sim_nodes.sensors.inertial import ImuState, accelerometer, gyro, start_imu, write_imu
+from sim_nodes.sensors.star_tracker import measured_attitude
 
 
 class ImuParameters(Parameters):
@@ -20,18 +22,10 @@ class ImuParameters(Parameters):
 @kernel
 def sample_imu(t_ns, p, x, truth, contact, imu):
     if contact.header.stamp.sec != 0:
-        for i in range(3):
-            imu.linear_acceleration[i] = contact.specific_force[i]
-        sensors.noise_vector(p.seed, t_ns, sensors.ACCELEROMETER_DRAW, p.accelerometer_sigma, imu.linear_acceleration)
-    else:
-        sensors.accelerometer_sample(p.seed, t_ns, truth.rates, truth.accelerations, truth.gravity, p.length,
-                                     p.accelerometer_sigma, imu.linear_acceleration)
-    sensors.gyro_sample(p.seed, t_ns, truth.rates, p.gyro_sigma, p.gyro_walk_sigma, x.bias, imu.angular_velocity)
-    imu.orientation[3] = 1.0
-    imu.orientation_covariance[0] = -1.0  # [-] sensor_msgs/Imu: no orientation is measured
-    for i in range(3):
-        imu.angular_velocity_covariance[4 * i] = p.gyro_sigma * p.gyro_sigma
-        imu.linear_acceleration_covariance[4 * i] = p.accelerometer_sigma * p.accelerometer_sigma
+        specific_force = contact.specific_force
+    else:  # the corner rests
+        specific_force = centre_acceleration(truth.rates, truth.accelerations, p.length) - truth.gravity
+    write_imu(p, gyro(t_ns, p, x, truth.rates), accelerometer(t_ns, p, specific_force), imu)
 
 
 class Imu(Component):
@@ -40,11 +34,11 @@ class Imu(Component):
     A plant that simulates its contact gives the specific force; otherwise it follows from a corner at rest.
     """
 
-    parameters, state = ImuParameters, sensors.ImuState
+    parameters, state = ImuParameters, ImuState
     inputs, outputs = {"truth": cubli.TRUTH, "contact": cubli.TRUTH_CONTACT}, {"imu": cubli.IMU}
     optional_inputs = ("contact",)
     rate_hz = 100.0
-    start, kernel = sensors.start_imu, sample_imu
+    start, kernel = start_imu, sample_imu
 
 
 class StarTrackerParameters(Parameters):
@@ -52,21 +46,15 @@ class StarTrackerParameters(Parameters):
     seed: int = field(0, ge=0, doc="noise stream")
 
 
-class StarTrackerState(State):
-    quaternion: Array(4)
-    work: Array(2, 4)
-
-
 @kernel
 def sample_star_tracker(t_ns, p, x, truth, measured):
-    quaternion_from_cardan(truth.angles, x.quaternion)
-    sensors.star_tracker_sample(p.seed, t_ns, x.quaternion, p.sigma, measured.quaternion, x.work)
+    measured.quaternion = measured_attitude(t_ns, p, quaternion_from_cardan(truth.angles))
 
 
 class StarTracker(Component):
     """Star tracker of the Cubli rover."""
 
-    parameters, state = StarTrackerParameters, StarTrackerState
+    parameters = StarTrackerParameters
     inputs, outputs = {"truth": cubli.TRUTH}, {"measured": cubli.STAR_TRACKER}
     rate_hz = 4.0
     kernel = sample_star_tracker

@@ -1,24 +1,24 @@
 """The Cubli rover on its corner, by the paper's model: cube, gravity, disturbance, three reaction wheels.
 
-Source: Aerospace 2022, 9(11), 728, equations (1)-(5), (42). The equations are in `sim_nodes.cubli_dynamics`.
+Source: Aerospace 2022, 9(11), 728, equations (1)-(5), (42). The equations are in `sim_nodes.cubli.dynamics`.
 """
 
 import math
 
-from cubli_ros.attitude import quaternion_from_cardan, quaternion_multiply, to_body
+from cubli_ros.attitude import level_gravity, quaternion_from_cardan
 from flight_graph.components.component import Component, Formatted
-from flight_graph.components.records import Array, Parameters, State, Vec3, field
+from flight_graph.components.records import Parameters, State, field
 from flight_graph.errors import FlightError
-from flight_graph.kernel import kernel
 from flight_graph.timebase import SECOND
+from flight_math import Quaternion, Vec3, kernel, rotate, rotate_back, same
 from msg_schemas import cubli
 from msg_schemas.definitions import TYPESTORE
-from sim_nodes import cubli_dynamics
-from sim_nodes.reaction_wheels import deliverable_torque, spin
+from sim_nodes.cubli import dynamics
+from sim_nodes.cubli.reaction_wheels import deliverable_torque, spun
 
 # Quaternion x, y, z, w that turns balance-frame coordinates into the site frame: [1, 1, 1] / sqrt(3) goes up.
 _HALF = 0.5 * math.acos(1.0 / math.sqrt(3.0))  # [rad]
-SITE_FROM_BALANCE = (math.sin(_HALF) / math.sqrt(2.0), -math.sin(_HALF) / math.sqrt(2.0), 0.0, math.cos(_HALF))
+SITE_FROM_BALANCE = Quaternion(math.sin(_HALF) / math.sqrt(2.0), -math.sin(_HALF) / math.sqrt(2.0), 0.0, math.cos(_HALF))
 
 
 class RoverParameters(Parameters):
@@ -43,90 +43,42 @@ class CubliPlantParameters(RoverParameters):
 
 
 class CubliPlantState(State):
-    motion: Array(6)
-    accelerations: Vec3
+    angles: Vec3
+    rates: Vec3
     wheel_speed: Vec3
     torque: Vec3
-    gravity: Vec3
-    before: Vec3
-    quaternion: Array(4)
-    site_from_balance: Array(4)
-    slope: Array(6)
     disturbance: Vec3
-    work: Array(4, 6)
 
 
 @kernel
 def start(p, x):
-    for i in range(3):
-        x.motion[i] = p.initial_angles[i]
-        x.motion[3 + i] = p.initial_rates[i]
-        x.gravity[i] = -p.gravity / math.sqrt(3.0)
-    for i in range(4):
-        x.site_from_balance[i] = SITE_FROM_BALANCE[i]
-    cubli_dynamics.disturbance(0.0, p.disturbance_amplitude, p.disturbance_frequency, p.disturbance_phase, x.disturbance)
-    rates(p, x)
-
-
-@kernel
-def rates(p, x):
-    """Angular acceleration now, under the torque of the last interval."""
-    cubli_dynamics.paper_rates(x.motion, x.torque, x.disturbance, x.gravity, p.gravity_sign, p.mass, p.length,
-                               p.mass * p.length * p.length / 6.0, x.slope)
-    for i in range(3):
-        x.accelerations[i] = x.slope[3 + i]
+    x.angles, x.rates = p.initial_angles, p.initial_rates
+    x.disturbance = dynamics.disturbance(p, 0.0)
 
 
 @kernel
 def output(t_ns, p, x, truth, attitude, wheels, pose):
-    quaternion_from_cardan(x.motion, x.quaternion)
-    g_x, g_y, g_z = to_body(x.motion, x.gravity[0], x.gravity[1], x.gravity[2])
-    truth.gravity[0] = g_x
-    truth.gravity[1] = g_y
-    truth.gravity[2] = g_z
-    for i in range(3):
-        truth.angles[i] = x.motion[i]
-        truth.rates[i] = x.motion[3 + i]
-        truth.accelerations[i] = x.accelerations[i]
-        truth.wheel_speed[i] = x.wheel_speed[i]
-        truth.torque[i] = x.torque[i]
-        truth.disturbance[i] = x.disturbance[i]
-        attitude.angular_velocity[i] = x.motion[3 + i]
-        wheels.velocity[i] = x.wheel_speed[i]
-        wheels.effort[i] = x.torque[i]
-    for i in range(4):
-        attitude.orientation[i] = x.quaternion[i]
-    quaternion_multiply(x.site_from_balance, x.quaternion, pose.pose.orientation)
-    centre(p.length, pose.pose.orientation, pose.pose.position)
-
-
-@kernel
-def centre(length, q, out):
-    """The cube's centre in the site frame: R(q) l/2 [1, 1, 1]."""
-    half = 0.5 * length
-    x, y, z, w = q[0], q[1], q[2], q[3]
-    out[0] = half * (1.0 - 2.0 * (y * y + z * z) + 2.0 * (x * y - w * z) + 2.0 * (x * z + w * y))
-    out[1] = half * (2.0 * (x * y + w * z) + 1.0 - 2.0 * (x * x + z * z) + 2.0 * (y * z - w * x))
-    out[2] = half * (2.0 * (x * z - w * y) + 2.0 * (y * z + w * x) + 1.0 - 2.0 * (x * x + y * y))
+    orientation = quaternion_from_cardan(x.angles)
+    gravity = rotate_back(orientation, level_gravity(p))
+    truth.angles, truth.rates, truth.gravity = x.angles, x.rates, gravity
+    truth.accelerations = dynamics.paper_acceleration(p, gravity, x.torque, x.disturbance)
+    truth.wheel_speed, truth.torque, truth.disturbance = x.wheel_speed, x.torque, x.disturbance
+    attitude.orientation, attitude.angular_velocity = orientation, x.rates
+    wheels.velocity, wheels.effort = x.wheel_speed, x.torque
+    pose.pose.orientation = SITE_FROM_BALANCE * orientation
+    pose.pose.position = rotate(pose.pose.orientation, same(0.5 * p.length))  # the centre
 
 
 @kernel
 def update(t_ns, p, x, command):
     """One period under the wheels' torque: clipped to what they can deliver, held."""
-    deliverable_torque(command.effort, x.wheel_speed, p.torque_limit, p.speed_limit, p.wheel_inertia, p.period, x.torque)
-    for i in range(3):
-        x.before[i] = x.motion[3 + i]
-    t = t_ns / SECOND
-    substeps = int(math.ceil(p.period / p.largest_step - 1e-9))
-    cubli_dynamics.paper_step(
-        x.motion, t, p.period, substeps, x.torque, p.disturbance_amplitude, p.disturbance_frequency,
-        p.disturbance_phase, x.gravity, p.gravity_sign, p.mass, p.length, p.mass * p.length * p.length / 6.0, x.work)
-    cubli_dynamics.disturbance(t + p.period, p.disturbance_amplitude, p.disturbance_frequency, p.disturbance_phase,
-                               x.disturbance)
-    rates(p, x)
-    for i in range(3):
-        x.before[i] = x.motion[3 + i] - x.before[i]
-    spin(x.torque, x.before, p.wheel_inertia, p.period, x.wheel_speed)
+    x.torque = deliverable_torque(p, command.effort, x.wheel_speed)
+    t, substeps = t_ns / SECOND, math.ceil(p.period / p.largest_step - 1e-9)
+    held, motion, h, before = (p, level_gravity(p), x.torque), (x.angles, x.rates), p.period / substeps, x.rates
+    for step in range(substeps):
+        motion, x.disturbance = dynamics.paper_step(held, x.disturbance, t + step * h, h, motion)
+    x.angles, x.rates = motion
+    x.wheel_speed = spun(p, x.wheel_speed, x.torque, x.rates - before)
 
 
 def transform(record):

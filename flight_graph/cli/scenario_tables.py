@@ -1,0 +1,65 @@
+"""A scenario as tables: its graph and all parameters, or, where its code may not run, what its file says."""
+
+import json
+
+from flight_graph.cli.show import add, console, status
+from flight_graph.text_files import printable
+
+
+def show(name_or_path: str, trust: bool, as_json: bool) -> None:
+    """Print a scenario. Code that does not come with the packages is imported with ``trust`` alone."""
+    from flight_graph.graphs import scenario as scenarios
+    from flight_graph.graphs.named_code import foreign_code
+    data, path = scenarios.read_file(name_or_path)
+    found = foreign_code(data, path.parent)
+    if found and not trust:
+        _show_file(data, path, found, as_json)
+    else:
+        _show_scenario(scenarios.load(name_or_path), as_json)
+
+
+def _show_file(data, path, found, as_json):
+    from flight_graph.graphs.scenario_file import ScenarioFile
+    file = ScenarioFile.read(data, path.name)
+    if as_json:
+        print(json.dumps({**file.model_dump(by_alias=True, exclude_none=True),
+                          "not_imported": [code.__dict__ for code in found]}))
+        return
+    from rich.table import Table
+    _title(file)
+    table = Table("component", "is a", "rate [Hz]", "parameters of the file")
+    for name, entry in file.components.items():
+        parameters = "\n".join(f"{key}: {value}" for key, value in entry.parameters.items())
+        add(table, name, entry.use, "" if entry.rate_hz is None else f"{entry.rate_hz:g}", parameters)
+    console.print(table)
+    for code in found:
+        status(f"not imported: {printable(str(code))}")
+    status("graph and all parameters are shown with --trust, which imports this code; read it first")
+
+
+def _show_scenario(scenario, as_json):
+    if as_json:
+        print(json.dumps(scenario.resolved()))
+        return
+    from rich.table import Table
+    _title(scenario.file)
+    table = Table("component", "is a", "rate [Hz]", "input <- source", "output topics")
+    for name, node in scenario.graph.nodes.items():
+        inputs = [f"{port} <- {edge.node}.{edge.port}{' (delay 1)' if edge.delay else ''}"
+                  for port, edge in node.inputs.items()]
+        topics = ["/" + signal.topic for signal in node.component.outputs.values()]
+        add(table, name, node.use, f"{node.rate_hz:g}", "\n".join(inputs), "\n".join(topics))
+    console.print(table)
+    table = Table("parameter", "value", "allowed", "meaning", "source")
+    for name, node in scenario.graph.nodes.items():
+        for entry in node.component.parameters.entries.values():
+            add(table, f"{name}.{entry.name}", node.values[entry.name], entry.range_text, entry.doc, entry.source)
+    console.print(table)
+    if scenario.vary:
+        varied = [*scenario.vary.declared_keys(), *([scenario.vary.file.function] if scenario.vary.file.function else [])]
+        console.print(f"flight sweep {scenario.name}: {scenario.vary.count} cases of {', '.join(varied)}", markup=False)
+
+
+def _title(file):
+    from rich.text import Text
+    console.print(Text.assemble((printable(file.name), "bold"), printable(f": {file.title}\n{file.description}").rstrip()))

@@ -1,0 +1,29 @@
+"""Asking whether code may run that does not come with the packages."""
+
+import sys
+from typing import Annotated
+
+import typer
+
+from flight_graph.text_files import printable
+
+Trust = Annotated[bool, typer.Option(
+    "--trust", help="Run the code that the file names beyond the packages. Read it first.")]
+
+
+def asked(trust: bool):
+    """The consent of the command line: given with --trust; at a terminal it is asked; else it is refused."""
+    from flight_graph.components.foreign import agree, refuse
+    if trust:
+        return agree
+    return _ask if sys.stdin.isatty() and sys.stderr.isatty() else refuse
+
+
+def _ask(where, found) -> None:
+    """Show what would run, and ask. Raises Untrusted."""
+    from flight_graph.components.foreign import refuse
+    lines = [f"{where} names code that does not come with the packages; it would run with all your rights:",
+             *(f"  {code}" for code in found)]
+    print(printable("\n".join(lines)), file=sys.stderr)
+    if not typer.confirm("Have you read it, and shall it run?", default=False, err=True):
+        refuse(where, found)

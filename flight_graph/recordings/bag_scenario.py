@@ -1,0 +1,104 @@
+"""The scenario that a bag carries, as data to be run: whatever code it names needs a consent first.
+
+Component files are taken from the bag's attachments alone, never from a path that the bag names or lies at.
+"""
+
+import contextlib
+import os
+import tempfile
+from pathlib import Path, PurePosixPath
+
+from flight_graph.bags.errors import quoted
+from flight_graph.bags.reader import Bag
+from flight_graph.components import foreign
+from flight_graph.components.foreign import Consent, Foreign
+from flight_graph.engines.cache import cache_folder
+from flight_graph.errors import FlightError
+from flight_graph.graphs.scenario import Scenario
+from flight_graph.text_files import parse_json
+
+SCENARIO = "scenario.json"  # name of the attachment a bag can be run again from
+LARGEST = 4 << 20  # [bytes] of it
+
+
+def read_scenario(bag: Bag, consent: Consent, with_figure: bool = False) -> Scenario:
+    """The scenario of a run's bag. Raises FlightError.
+
+    consent: is asked before code runs that does not come with the packages; with_figure: the function that draws the run
+    will be called as well.
+    """
+    data = _data(bag)
+    found = [code for name, entry in data["components"].items() if (code := _component(bag, name, entry["use"]))]
+    if with_figure and isinstance(data.get("figure"), str):
+        found += [code for code in [_figure(bag, data["figure"])] if code]
+    if found:
+        consent(_where(bag), found)
+    for name, entry in data["components"].items():
+        if _is_file(entry["use"]):
+            entry["use"] = _unpacked(bag, name, entry["use"])
+    return Scenario(data, _where(bag))
+
+
+def _where(bag):
+    return f"{bag.path} ({SCENARIO})"
+
+
+def _data(bag):
+    if SCENARIO not in bag.attachments:
+        raise FlightError(f"{bag.path}: this bag carries no scenario; it was not recorded by a run of this project")
+    content = bag.attachments[SCENARIO].data
+    data = parse_json(content, f"{bag.path}: its attachment {SCENARIO}", LARGEST)
+    components = data.get("components") if isinstance(data, dict) else None
+    if not isinstance(components, dict) or not all(
+            isinstance(entry, dict) and isinstance(entry.get("use"), str) for entry in components.values()):
+        raise FlightError(f"{bag.path}: its attachment {SCENARIO} is no scenario")
+    return data
+
+
+def _is_file(use):
+    return use.rpartition(":")[0].endswith(".py")
+
+
+def _attachment(bag, name):
+    return f"component/{name}.py"
+
+
+def _component(bag, name, use) -> Foreign | None:
+    if not _is_file(use):
+        return foreign.of_component(f"component {name}", use, None)
+    attachment = bag.attachments.get(_attachment(bag, name))
+    if attachment is None:
+        raise FlightError(f"{bag.path}: component {name} is '{use}', and the bag does not carry this file")
+    how = f"flight info {quoted(bag.path)} --attachment {quoted(_attachment(bag, name))}"
+    file = PurePosixPath(use.rpartition(":")[0].replace("\\", "/")).name
+    return Foreign(f"component {name}", use, f"{file}, which the bag carries ({how})", foreign.digest(attachment.data))
+
+
+def _figure(bag, name) -> Foreign | None:
+    if _is_file(name):
+        raise FlightError(f"{bag.path}: figure: '{name}' is a function of a file that the bag does not carry")
+    return foreign.of_function("figure", name, None)
+
+
+def _unpacked(bag, name, use) -> str:
+    """The ``use`` of a component whose file is written from the bag into the cache folder."""
+    source, _, attribute = use.rpartition(":")
+    content = bag.attachments[_attachment(bag, name)].data
+    stem = "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in Path(source).stem)[:60]
+    path = cache_folder("components") / f"{stem}_{foreign.digest(content)[:16]}.py"
+    if path.is_symlink() or not path.is_file() or path.read_bytes() != content:
+        _write(path, content)
+    return f"{path}:{attribute}"
+
+
+def _write(path, content):
+    """Put a file in the place of whatever is there, a link included."""
+    handle, draft = tempfile.mkstemp(".tmp", path.stem, path.parent)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+        os.replace(draft, path)
+    except OSError:
+        with contextlib.suppress(OSError):
+            os.unlink(draft)
+        raise

@@ -1,0 +1,255 @@
+"""The truth of the space robot as a component: free-floating base, arm, wheels, drives, stops, and a payload to take.
+
+Source: Aerospace 2023, 10(10), 679, equations (5), (7), (21)-(28); the dynamics are in `sim_nodes.spacerobot.dynamics`,
+the actuators in `sim_nodes.spacerobot.actuators`.
+
+The payload becomes part of the last body at ``payload_time`` with velocities that match (the grasp gives no jolt): from
+then on its momentum is the robot's. Parameters about the body's origin add up, so a payload is ten more numbers.
+"""
+
+import math
+
+from flight_graph.components.component import Component, Formatted
+from flight_graph.components.records import Array, Choice, State, Vec3, field
+from flight_graph.errors import FlightError
+from flight_graph.timebase import SECOND
+from flight_math import dot, identity3, kernel, outer, rotate, stack_array, vec3
+from flight_math.dense import copy
+from msg_schemas import spacerobot
+from msg_schemas.definitions import TYPESTORE
+from sim_nodes.spacerobot.actuators import limit_torque, wheels_step
+from sim_nodes.spacerobot.dynamics import (
+    ZERO,
+    RobotState,
+    accelerations,
+    momentum_and_energy,
+    robot_state,
+    state_size,
+    step,
+    total_wrench,
+    write_state,
+)
+from spacerobot_ros.dynamics import Inertia, add_inertia, body_inertia, composite_parameters
+from spacerobot_ros.kinematics import posed
+from spacerobot_ros.reaction_wheels import effective_base_torque
+from spacerobot_ros.robot_parameters import NO_LIMIT, resolve_robot, robot_parameters
+from spacerobot_ros.trajectory import euler_quaternion
+
+IDEAL, WHEELS = 0, 1
+DIVERGED = 1
+BOUND = 1e4  # [rad/s] rates beyond it: the loop has diverged
+
+
+def plant_parameters(joints):
+    """Parameters of the plant of a robot with this many joints."""
+
+    class SpaceRobotPlantParameters(robot_parameters(joints)):
+        pi: Array(10 * (joints + 1)) = field(0.0, unit="SI", doc="true inertial parameters before a payload is taken")
+        lower: Array(joints) = field(-NO_LIMIT, unit="rad", doc="lower stops")
+        upper: Array(joints) = field(NO_LIMIT, unit="rad", doc="upper stops")
+        initial_attitude: Vec3 = field(0.0, unit="rad", doc="roll, pitch, yaw (Euler ZYX)")
+        initial_rates: Vec3 = field(0.0, unit="rad/s", doc="body rates")
+        initial_joints: Array(joints) = field(0.0, unit="rad", doc="joint angles")
+        initial_joint_rates: Array(joints) = field(0.0, unit="rad/s", doc="joint rates")
+        base_actuator: Choice("ideal", "wheels") = field("ideal", doc="what puts torque on the base")
+        base_torque_limit: Vec3 = field(NO_LIMIT, unit="N m", gt=0, doc="of the ideal actuator")
+        joint_torque_limit: Array(joints) = field(NO_LIMIT, unit="N m", gt=0, doc="of the joint drives")
+        wheel_torque_limit: float = field(0.05, unit="N m", gt=0, doc="of each wheel, along a base axis")
+        wheel_momentum_limit: float = field(0.5, unit="N m s", gt=0, doc="6000 rpm at 8e-4 kg m^2")
+        wheel_lag: float = field(0.02, unit="s", ge=0, doc="time constant of the torque")
+        wheel_friction: float = field(5e-4, unit="N m", ge=0, doc="Coulomb friction of a wheel")
+        wheel_quantum: float = field(1e-3, unit="N m", ge=0, doc="step of the torque command; 0: none")
+        stop_stiffness: float = field(200.0, unit="N m/rad", ge=0, doc="of the joints' mechanical stops")
+        stop_damping: float = field(2.0, unit="s/rad", ge=0, doc="of the stops, Hunt and Crossley")
+        payload_time: float = field(-1.0, unit="s", doc="when the payload is taken; negative: never")
+        payload_scale: float = field(1.0, unit="1", gt=0, doc="factor on the last body's parameters")
+        payload_mass: float = field(0.0, unit="kg", ge=0, doc="of a point payload")
+        payload_position: Vec3 = field(0.0, unit="m", doc="of the point payload in the last body's frame")
+        largest_step: float = field(0.01, unit="s", gt=0, doc="of the integration (Runge-Kutta, order four)")
+
+    return SpaceRobotPlantParameters
+
+
+def plant_state(joints):
+    """State of the plant. motion: the state vector of `sim_nodes.spacerobot.dynamics`; pi: inertial parameters now;
+    drive: motor torques of the wheels; torque and wheel_rate: what acted over the last interval; counters of limits."""
+    n = joints
+
+    class SpaceRobotPlantState(State):
+        pi: Array(10 * (n + 1))
+        placed: bool
+        taken: bool
+        motion: Array(state_size(n))
+        drive: Vec3
+        torque: Array(3 + n)
+        wheel_rate: Vec3
+        limited: float
+        wheels_limited: float
+
+    return SpaceRobotPlantState
+
+
+@kernel
+def start(p, x):
+    x.pi = p.pi
+    write_state(x.motion, RobotState(ZERO, ZERO, euler_quaternion(p.initial_attitude), p.initial_rates, p.initial_joints,
+                                     p.initial_joint_rates, 0.0, ZERO, ZERO))
+
+
+@kernel
+def place(p, x):
+    """Put the system's centre of mass at the inertial origin, at rest."""
+    s = robot_state(x.motion)
+    composite = stack_array(len(x.pi))
+    composite_parameters(posed(p, s.joints, stack_array(len(s.joints), 3, 3)), x.pi, composite)
+    whole = body_inertia(composite, 0)
+    momentum, _, _ = momentum_and_energy(p, x.pi, x.motion)
+    x.motion[0:3] = -rotate(s.attitude, whole.moment) / whole.mass
+    x.motion[3:6] = -momentum / whole.mass
+
+
+@kernel
+def take_payload(t, p, x):
+    """At payload_time the last body's parameters change; velocities do not."""
+    if x.taken or p.payload_time < 0.0 or t < p.payload_time:
+        return
+    x.taken = True
+    m, c, last = p.payload_mass, p.payload_position, len(p.parent)
+    for k in range(10 * last, 10 * last + 10):
+        x.pi[k] = p.payload_scale * p.pi[k]
+    add_inertia(x.pi, last, Inertia(m * (dot(c, c) * identity3() - outer(c, c)), m * c, m))
+
+
+@kernel
+def base_torque(p, x, s):
+    """Torque on the base over the last interval [N m]."""
+    if p.base_actuator == WHEELS:
+        return effective_base_torque(x.wheel_rate, s.rates, s.wheels)
+    return vec3(x.torque[0:3])
+
+
+@kernel
+def write_truth(p, x, s, truth):
+    """The state, and the accelerations now under the torque of the last interval."""
+    n = len(s.joints)
+    wrench, total, acceleration = stack_array(6 + n), stack_array(6 + n), stack_array(6 + n)
+    copy(x.torque, wrench[3:])
+    total_wrench(p, s, wrench, x.wheel_rate, total)
+    accelerations(p, x.pi, s, total, acceleration)
+    truth.position, truth.velocity, truth.attitude, truth.rates = s.position, s.velocity, s.attitude, s.rates
+    truth.joints, truth.joint_rates = s.joints, s.joint_rates
+    truth.acceleration, truth.angular_acceleration = vec3(acceleration[0:3]), vec3(acceleration[3:6])
+    truth.joint_accelerations = acceleration[6:]
+    truth.base_torque, truth.joint_torque = base_torque(p, x, s), x.torque[3:]
+    truth.momentum, truth.angular_momentum, truth.kinetic_energy = momentum_and_energy(p, x.pi, x.motion)
+    truth.impulse, truth.work, truth.wheel_momentum, truth.limited = s.impulse, s.work, s.wheels, x.limited
+
+
+@kernel
+def output(t_ns, p, x, truth, parameters, wheels, pose):
+    if not x.placed:
+        x.placed = True
+        place(p, x)
+    take_payload(t_ns / SECOND, p, x)
+    s = robot_state(x.motion)
+    write_truth(p, x, s, truth)
+    parameters.pi = x.pi
+    wheels.momentum, wheels.limited = s.wheels, x.wheels_limited
+    pose.pose.position, pose.pose.orientation = s.position, s.attitude
+
+
+@kernel
+def drive_torques(p, base_demand, joint_demand, torque):
+    """Fill ``torque`` (3+n,) [N m] with what the drives and an ideal base actuator give; returns how many are limited."""
+    limited = 0
+    for k in range(3):
+        torque[k] = 0.0
+        if p.base_actuator == IDEAL:
+            torque[k], clipped = limit_torque(base_demand[k], p.base_torque_limit[k])
+            limited += clipped
+    for i in range(len(p.parent)):
+        torque[3 + i], clipped = limit_torque(joint_demand[i], p.joint_torque_limit[i])
+        limited += clipped
+    return limited
+
+
+@kernel
+def update(t_ns, p, x, base_command, joint_command):
+    """One period under the commanded torques, as far as the actuators can give them."""
+    limited = drive_torques(p, base_command.wrench.torque, joint_command.effort, x.torque)
+    wrench = stack_array(3 + len(x.torque))
+    copy(x.torque, wrench[3:])
+    substeps = math.ceil(p.period / p.largest_step - 1e-9)
+    h = p.period / substeps
+    x.wheels_limited, x.wheel_rate, rate = 0.0, ZERO, ZERO
+    for _ in range(substeps):
+        if p.base_actuator == WHEELS:
+            momentum = robot_state(x.motion).wheels
+            x.drive, rate, at_limit = wheels_step(p, base_command.wrench.torque, x.drive, momentum, h)
+            x.wheels_limited = max(x.wheels_limited, float(at_limit))
+        x.wheel_rate = x.wheel_rate + rate / substeps
+        step(p, x.pi, x.motion, wrench, rate, h)
+    x.limited = limited + x.wheels_limited
+    if diverged(x.motion):
+        x.fault = DIVERGED
+
+
+@kernel
+def diverged(motion):
+    """Whether a rate of base or joints is beyond the bound, or no number."""
+    s = robot_state(motion)
+    within = all(abs(s.rates) < BOUND)
+    for rate in s.joint_rates:
+        within = within and abs(rate) < BOUND
+    return not within
+
+
+def transform(record):
+    """inertial -> space_robot_base as a TFMessage."""
+    types = TYPESTORE.types
+    time = types["builtin_interfaces/msg/Time"](int(record.header.stamp.sec), int(record.header.stamp.nanosec))
+    pose = record.pose
+    return types["tf2_msgs/msg/TFMessage"]([types["geometry_msgs/msg/TransformStamped"](
+        types["std_msgs/msg/Header"](time, spacerobot.INERTIAL), spacerobot.BASE,
+        types["geometry_msgs/msg/Transform"](
+            types["geometry_msgs/msg/Vector3"](*map(float, pose.position)),
+            types["geometry_msgs/msg/Quaternion"](*map(float, pose.orientation))))])
+
+
+def check_initial_joints(values, where):
+    """Refuse joints that start past their stops."""
+    for i, (angle, low, high) in enumerate(zip(values["initial_joints"], values["lower"], values["upper"])):
+        if not low <= angle <= high:
+            raise FlightError(f"{where}.initial_joints[{i}]: {angle:g} rad is past the joint's stop; allowed: "
+                              f"{low:g} to {high:g} rad")
+
+
+def plant(topics: spacerobot.Topics) -> type[Component]:
+    """The plant of a robot with these topics."""
+
+    class SpaceRobotPlant(Component):
+        """A free-flying base with an arm, moved by torques alone; wheels, drives and stops with limits, and a
+        payload."""
+
+        parameters, state = plant_parameters(topics.joints), plant_state(topics.joints)
+        inputs = {"base_command": topics.base_command, "joint_command": topics.joint_command}
+        outputs = {"truth": topics.truth, "parameters": topics.true_parameters, "wheels": topics.wheel_state,
+                   "pose": topics.true_pose}
+        output_rate_hz = {"pose": 10.0}
+        rate_hz = 50.0
+        start, output, update = start, output, update
+        formatted = (Formatted("tf", "tf2_msgs/msg/TFMessage", "pose", transform),)
+        faults = {DIVERGED: "the motion has diverged (a rate is beyond 1e4 rad/s)"}
+
+        @classmethod
+        def resolve(cls, values, where, folder=None):
+            return resolve_robot(values, where, folder)
+
+        @classmethod
+        def check(cls, values, where):
+            check_initial_joints(values, where)
+
+    return SpaceRobotPlant
+
+
+SpaceRobotPlant = plant(spacerobot.MINI)
