@@ -98,8 +98,8 @@ def run(
         print(json.dumps({
             "scenario": loaded.name, "bag": str(outcome.bag), "engine": outcome.engine, "pace": outcome.pace,
             "seed": loaded.seed, "wall_s": outcome.wall_s, "compile_s": outcome.compile_s, "lost": outcome.lost,
-            "ros_domain_id": outcome.domain, "metrics": outcome.metrics, "statistics": outcome.statistics,
-            "warnings": loaded.warnings()}))
+            "ros_domain_id": outcome.domain,
+            "metrics": outcome.metrics, "statistics": outcome.statistics, "warnings": loaded.warnings()}))
         return
     console.print(metrics_table(loaded, outcome))
     if outcome.lost:

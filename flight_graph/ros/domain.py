@@ -49,8 +49,8 @@ class Domain:
         if not text.isdecimal() or int(text) > _LARGEST:
             raise FlightError(f"{VARIABLE}={text}: allowed: a whole number from 0 to {_LARGEST}")
         if taken := self._hold(int(text)):
-            raise FlightError(f"{VARIABLE}={text}: another run of flight on this machine publishes {', '.join(taken)} "
-                              f"there; give this one another domain, or unset {VARIABLE}: each run then takes a free one")
+            raise FlightError(f"{VARIABLE}={text}: another run on this machine publishes {', '.join(taken)} there; "
+                              f"give this one another domain, or unset {VARIABLE}: each run then takes a free one")
         return int(text)
 
     def _choose(self):

@@ -6,6 +6,7 @@ import sys
 
 from flight_graph.components import registry
 from flight_graph.errors import FlightError
+from flight_graph.ros import leaving
 from flight_graph.ros.environment import prepare_environment
 
 
@@ -27,7 +28,10 @@ def main(package: str, executable: str, arguments: list[str] | None = None) -> i
 
 
 def run_component(use: str, default_name: str, arguments: list[str], announce=None) -> int:
-    """Run the component ``use`` as a node until it is done or asked to end; return the exit status."""
+    """Run the component ``use`` as a node until it is done or asked to end, then end this process.
+
+    Returns the exit status where no node came to be, or where the process could not end by itself.
+    """
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.default_int_handler)  # nothing has been started yet: whatever is done can be left
     try:
@@ -43,8 +47,9 @@ def run_component(use: str, default_name: str, arguments: list[str], announce=No
         if not numba.config.DISABLE_JIT:
             compilation.load({use: component})  # before anybody sees the node, and sends
     except KeyboardInterrupt:
-        return 0
-    return _run(use, component, default_name, arguments, announce or tell_errors)
+        return leaving.leave(0)
+    leaving.keep_imports()
+    return leaving.leave(_run(use, component, default_name, arguments, announce or tell_errors))
 
 
 def _run(use, component, default_name, arguments, announce) -> int:

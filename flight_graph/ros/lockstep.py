@@ -7,6 +7,8 @@ from flight_graph.ros.clock import ClockInput
 from flight_graph.timebase import SECOND
 from msg_schemas.signal import SignalMismatch
 
+_GONE_S = 2.0  # [s] a node whose topics have been away for longer has ended
+
 
 def run(node) -> None:
     """Run a node from t = 0 to the end of the run. Raises FlightError, Stopped."""
@@ -75,6 +77,9 @@ def _advance(node, name, port, expected, deadline):
                 f"{port.subscription.topic} from {_source(node, port)}, stamp t = {expected / SECOND:.9f} s")
         port.subscription.wait(deadline - time.monotonic_ns())
         node.check_alive()
+        if port.subscription.abandoned_s() > _GONE_S:
+            raise FlightError(f"{node.get_name()}: its input {name} has lost its source: {port.sources or 'its node'} "
+                              f"publishes {port.subscription.topic} no longer; t = {expected / SECOND:.9f} s is missing")
     elif found <= expected:
         if port.stamp_ns is not None and found <= port.stamp_ns:
             raise FlightError(f"{node.get_name()}.{name}: {port.subscription.topic} carries t = {found / SECOND:.9f} s "
@@ -86,9 +91,8 @@ def _advance(node, name, port, expected, deadline):
 
 
 def _source(node, port) -> str:
-    """The nodes that publish an input's topic, in words."""
-    found = node.get_publishers_info_by_topic(port.subscription.topic)
-    return " and ".join(sorted(info.node_name for info in found)) or "nobody (no publisher is left)"
+    """The nodes that publish an input's topic, or did, in words."""
+    return node.sources_of(port) or f"{port.sources or 'nobody'} (no publisher is left)"
 
 
 def wait_for_nodes(node, t_ns: int) -> None:
@@ -105,3 +109,6 @@ def wait_for_nodes(node, t_ns: int) -> None:
                 raise FlightError(f"{node.get_name()}: waited {node.settings.timeout_s:g} s for the node {name} to reach "
                                   f"t = {max(t_ns, 0) / SECOND:.9f} s; {came}")
             watch.wait(SECOND)
+            if watch.abandoned_s() > _GONE_S:
+                raise FlightError(f"{node.get_name()}: the node {name} has ended before the run was over; it had come to "
+                                  f"t = {max(watch.t_ns, 0) / SECOND:.9f} s")

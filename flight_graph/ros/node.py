@@ -156,6 +156,12 @@ class ComponentNode(LifecycleNode):
                 raise FlightError(f"{self.get_name()}: waited {self.settings.timeout_s:g} s for {missing}")
             time.sleep(0.01)
         self._refuse_second_source()
+        for port in self.inputs.values():
+            port.sources = self.sources_of(port)
+
+    def sources_of(self, port) -> str:
+        """The nodes that publish an input's topic, in words."""
+        return " and ".join(sorted(info.node_name for info in self.get_publishers_info_by_topic(port.subscription.topic)))
 
     def _unmatched(self) -> str | None:
         for other, watch in self.watches.items():

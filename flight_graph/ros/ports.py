@@ -1,6 +1,7 @@
 """Raw topic ends: bytes out of a record, bytes into a record, without message objects and without an executor."""
 
 import importlib
+import time
 
 from rclpy.callback_groups import CallbackGroup
 from rclpy.duration import Duration
@@ -60,6 +61,7 @@ class RawSubscription:
             event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False), qos_overriding_options=overrides)
         self.topic = self._subscription.topic_name
         self._handle = self._subscription.handle
+        self._alone_since = None
         self._wait_set = rclpy_implementation.WaitSet(1, 0, 0, 0, 0, 0, node.context.handle)
 
     def take(self) -> bytes | None:
@@ -75,6 +77,12 @@ class RawSubscription:
 
     def publishers(self) -> int:
         return self._subscription.get_publisher_count()
+
+    def abandoned_s(self) -> float:
+        """How long [s] it has been seen without a publisher by those who ask here while they wait."""
+        now = time.monotonic()
+        self._alone_since = None if self.publishers() else self._alone_since or now
+        return now - (self._alone_since or now)
 
 
 class RawPublisher:
@@ -125,6 +133,7 @@ class InputPort:
         for part in signal.stamp_path.split("."):
             self._spare_stamp = self._spare_stamp[part]
         self._pending_ns = None
+        self.sources = ""  # the nodes that publish it, once they have been found
         self.is_foreign = False  # its stamps are of another clock: each message counts as stamped when it is taken
 
     def count_from(self, epoch_ns: int) -> None:

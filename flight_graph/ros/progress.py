@@ -53,5 +53,9 @@ class Watch:
             self.t_ns = sec * SECOND + nanosec - self._epoch_ns
         return self.t_ns
 
+    def abandoned_s(self) -> float:
+        """How long [s] the node has been gone."""
+        return self._subscription.abandoned_s()
+
     def wait(self, nanoseconds: int) -> None:
         self._subscription.wait(nanoseconds)

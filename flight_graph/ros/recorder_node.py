@@ -11,7 +11,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from flight_graph.engines.choice import pace_text
 from flight_graph.errors import FlightError
-from flight_graph.ros import recorder
+from flight_graph.ros import leaving, recorder
 from flight_graph.ros.entry import tell_errors
 from flight_graph.ros.environment import prepare_environment
 
@@ -70,6 +70,8 @@ def run_recorder(arguments: list[str], announce) -> int:
         node = RecorderNode(stopping)
         announce({"ready": node.get_name()})
         outcome = recorder.run(node, node.scenario, node.folder, node.settings)
+        if stopping.is_set() and outcome["complete"] != "true":
+            announce({"stopped": True})
         announce({"recorded": outcome, "bag": str(node.folder)})
         while node.settings.linger and not node.should_end():
             stopping.wait(0.05)
@@ -90,4 +92,5 @@ def main(arguments: list[str], announce=None) -> int:
               "usage: ros2 run sim_nodes recorder --ros-args -p scenario:=cubli_asteroid -p out:=FOLDER")
         return 0
     prepare_environment()
-    return run_recorder(arguments, announce or tell_errors)
+    leaving.keep_imports()
+    return leaving.leave(run_recorder(arguments, announce or tell_errors))

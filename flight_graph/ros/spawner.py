@@ -43,7 +43,7 @@ def main() -> int:
         with warnings.catch_warnings(action="ignore", category=DeprecationWarning):
             pid = os.fork()  # the middleware's libraries have started the tracer's threads, and only those
         if pid == 0:
-            return _child(spec, own)  # an ordinary exit: the middleware removes its shared memory then
+            return _child(spec, own)
         children[pid] = spec["name"]
         announce({"node": spec["name"], "pid": pid})
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -61,7 +61,7 @@ def _import_once(specs):
     prepare_environment()
     from flight_graph.components import registry
     from flight_graph.engines import parts
-    from flight_graph.ros import entry, lockstep, node, ports, realtime, recorder, recorder_node, tracer  # noqa: F401
+    from flight_graph.ros import entry, leaving, lockstep, node, ports, realtime, recorder, recorder_node, tracer  # noqa: F401
     types = {"rosgraph_msgs/msg/Clock"}
     for spec in specs:
         if spec["use"] not in PROGRAMS:
@@ -79,10 +79,11 @@ def _child(spec, parent) -> int:
     die_with_parent(parent)
     name_process(spec["name"])
     announce = _announce(spec["name"])
+    from flight_graph.ros import leaving
     try:
         if spec["use"] in PROGRAMS:
             module, _, function = PROGRAMS[spec["use"]].partition(":")
-            return getattr(importlib.import_module(module), function)(spec["arguments"], announce)
+            return leaving.leave(getattr(importlib.import_module(module), function)(spec["arguments"], announce))
         from flight_graph.ros.entry import run_component
         return run_component(spec["use"], spec["name"], spec["arguments"], announce)
     except Exception as error:  # a defect, not a user's mistake: tell it whole

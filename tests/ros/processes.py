@@ -8,6 +8,8 @@ import time
 from contextlib import contextmanager
 from pathlib import Path
 
+from flight_graph.ros.patience import at_least
+
 ROOT = Path(__file__).resolve().parents[2]
 FLIGHT = [sys.executable, "-c", "import sys; from flight_graph.cli import main; sys.exit(main())"]
 
@@ -16,16 +18,16 @@ def environment(**changes) -> dict:
     return {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": "1", "COLUMNS": "200", **changes}
 
 
-def flight(*arguments, cwd, timeout=120, **changes) -> subprocess.CompletedProcess:
-    """Run a command to its end."""
+def flight(*arguments, cwd, timeout=300, **changes) -> subprocess.CompletedProcess:
+    """Run a command to its end, within a time that grows with FLIGHT_TIMEOUT_S."""
     return subprocess.run([*FLIGHT, *map(str, arguments)], cwd=cwd, env=environment(**changes), capture_output=True,
-                          text=True, timeout=timeout)
+                          text=True, timeout=at_least(timeout))
 
 
-def start(*arguments, cwd, stderr=subprocess.PIPE, **changes) -> subprocess.Popen:
-    """Start a command in a process group of its own."""
+def start(*arguments, cwd, stderr=subprocess.PIPE, process_group=0, **changes) -> subprocess.Popen:
+    """Start a command in a process group of its own, or in a given one."""
     return subprocess.Popen([*FLIGHT, *map(str, arguments)], cwd=cwd, env=environment(**changes), text=True,
-                            stdout=subprocess.PIPE, stderr=stderr, process_group=0, preexec_fn=_hear_interrupts)
+                            stdout=subprocess.PIPE, stderr=stderr, process_group=process_group, preexec_fn=_hear_interrupts)
 
 
 def _hear_interrupts():
@@ -43,21 +45,22 @@ def running(*arguments, cwd, **changes):
         if process.poll() is None:
             process.terminate()
         try:
-            process.communicate(timeout=20)
+            process.communicate(timeout=at_least(20.0))
         except subprocess.TimeoutExpired:
             process.kill()
             process.communicate()
 
 
-def finish(process, number=signal.SIGINT, timeout=30) -> tuple[int, str, str]:
+def finish(process, number=signal.SIGINT, timeout=60) -> tuple[int, str, str]:
     """Ask a process to end; return its status, standard output and standard error."""
     process.send_signal(number)
-    out, err = process.communicate(timeout=timeout)
+    out, err = process.communicate(timeout=at_least(timeout))
     return process.returncode, out, err
 
 
-def until(condition, timeout=30.0, what="it"):
-    """Wait until ``condition()`` is true and return its value; fail after ``timeout`` seconds."""
+def until(condition, timeout=60.0, what="it"):
+    """Wait until ``condition()`` is true and return its value; fail after ``timeout`` seconds, or more by FLIGHT_TIMEOUT_S."""
+    timeout = at_least(timeout)
     deadline = time.monotonic() + timeout
     while not (value := condition()):
         assert time.monotonic() < deadline, f"waited {timeout} s for {what}"

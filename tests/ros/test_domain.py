@@ -12,6 +12,7 @@ from mcap.reader import make_reader
 
 from flight_graph.errors import FlightError
 from flight_graph.ros.domain import Domain
+from flight_graph.ros.patience import at_least
 from tests.graph import toy
 from tests.ros.processes import start
 
@@ -82,7 +83,7 @@ def test_two_runs_at_the_same_moment(unset, tmp_path):
             for name in "ab"]
     made = []
     for process in runs:
-        out, err = process.communicate(timeout=300)
+        out, err = process.communicate(timeout=at_least(300.0))
         assert process.returncode == 0, err
         made.append(json.loads(out))
         assert f"on ROS domain {made[-1]['ros_domain_id']}, which was free" in err

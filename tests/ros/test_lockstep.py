@@ -9,6 +9,7 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
 
+from flight_graph.ros.patience import at_least
 from tests.graph import toy
 
 pytestmark = [pytest.mark.ros, pytest.mark.xdist_group("lockstep")]
@@ -158,4 +159,4 @@ def test_metadata_is_version_9(runs):
 
 def test_lockstep_of_60_s_is_quick_enough_for_ci(runs):
     """12 kHz of messages between seven processes; measured at 9 s on two busy cores."""
-    assert runs("asteroid_ros", *ASTEROID, *ROS)[0]["wall_s"] < 40.0
+    assert runs("asteroid_ros", *ASTEROID, *ROS)[0]["wall_s"] < at_least(120.0)

@@ -5,6 +5,7 @@ import rclpy
 import yaml
 from mcap.reader import make_reader
 
+from flight_graph.ros.patience import at_least
 from flight_graph.ros.ports import RawPublisher
 from flight_graph.timebase import J2000, SECOND
 from tests.graph import toy
@@ -49,7 +50,7 @@ def test_a_gap_in_lockstep_is_an_error(publishers, tmp_path, left_out, status, l
                  f"out:={tmp_path / 'bag'}", "-p", "graph.pace:=lockstep", cwd=tmp_path) as process:
         until(lambda: all(publisher.subscribers() for _, publisher in publishers.values()), 60.0, "the recorder")
         feed(publishers, left_out)
-        _, err = process.communicate(timeout=60)
+        _, err = process.communicate(timeout=at_least(60.0))
     assert process.returncode == status, err
     if lost:
         assert "messages were lost in lockstep: " in err

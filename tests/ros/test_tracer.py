@@ -6,6 +6,7 @@ import sys
 
 import pytest
 
+from flight_graph.ros.patience import at_least
 from tests.ros.processes import ROOT, environment
 
 pytestmark = pytest.mark.ros
@@ -30,7 +31,7 @@ sys.exit(os.waitstatus_to_exitcode(os.wait()[1]))
 
 def test_a_forked_child_has_the_threads_of_its_tracer():
     done = subprocess.run([sys.executable, "-W", "ignore", "-c", SCRIPT], cwd=ROOT, capture_output=True, text=True,
-                          env=environment(OPENBLAS_NUM_THREADS="1"), timeout=60)
+                          env=environment(OPENBLAS_NUM_THREADS="1"), timeout=at_least(60.0))
     assert done.returncode == 0, done.stderr
     found, before, after = json.loads(done.stdout)
     if not found:
