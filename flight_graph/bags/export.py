@@ -9,6 +9,7 @@ the message names its array entries. Strings are columns of text; sequences of v
 import base64
 import csv
 import hashlib
+import io
 import json
 import re
 import zipfile
@@ -143,8 +144,9 @@ def _write_npz(path, result):
         for name, values in result.items():
             if values.dtype == object:
                 values = np.array([_text(value) for value in values], dtype=str)
-            with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
-                np.lib.format.write_array(file, np.ascontiguousarray(values), allow_pickle=False)
+            content = io.BytesIO()
+            np.lib.format.write_array(content, np.ascontiguousarray(values), allow_pickle=False)
+            archive.writestr(f"{name}.npy", content.getvalue())
 
 
 def _is_bytes(value):
