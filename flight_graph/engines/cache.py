@@ -60,7 +60,8 @@ def _make(folder: Path):
 
 def _others_write(found: os.stat_result) -> bool:
     """Whether somebody else may write: everybody, or a group other than the user's own."""
-    return bool(found.st_mode & stat.S_IWOTH or (found.st_mode & stat.S_IWGRP and found.st_gid != os.getgid()))
+    other_group = hasattr(os, "getgid") and found.st_gid != os.getgid()
+    return bool(found.st_mode & stat.S_IWOTH or (found.st_mode & stat.S_IWGRP and other_group))
 
 
 def _owned(path: Path) -> bytes:

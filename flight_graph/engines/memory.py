@@ -33,9 +33,11 @@ def _free_of_machine():
         return next(int(line.split()[1]) << 10 for line in lines if line.startswith("MemAvailable:"))
     except (OSError, ValueError, StopIteration):
         pass
+    if not hasattr(os, "sysconf"):
+        return _UNKNOWN
     try:
         return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    except (AttributeError, ValueError, OSError):
+    except (ValueError, OSError):
         return _UNKNOWN
 
 
@@ -52,9 +54,12 @@ def _free_of_process():
     """What the limits of the process leave (ulimit -v)."""
     try:
         import resource
+    except ImportError:
+        return
+    try:
         limit = resource.getrlimit(resource.RLIMIT_AS)[0]
         if limit != resource.RLIM_INFINITY:
             pages = int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[0])
             yield limit - pages * os.sysconf("SC_PAGE_SIZE")
-    except (ImportError, OSError, ValueError):
+    except (OSError, ValueError):
         return
