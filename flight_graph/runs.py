@@ -32,7 +32,7 @@ def new_folder(wanted: Path | None, scenario: Scenario, engine: str) -> Path:
     """The bag's folder: ``wanted`` (refused when it exists), or the next free runs/<scenario>-<engine>-<n>."""
     if wanted is not None:
         _check_folder(wanted)
-        if wanted.exists():
+        if os.path.lexists(wanted):
             raise FlightError(f"--out {wanted}: it exists already; name a new folder")
         return wanted
     number = 1

@@ -69,19 +69,18 @@ def info(
         print(json.dumps(report))
         return
     from rich.table import Table
-    table = Table("topic", "type", "messages", "rate [Hz]", title=f"{bag}: {seconds:g} s", title_justify="left")
+    table = Table("topic", "type", "messages", "rate [Hz]", title=printable(f"{bag}: {seconds:g} s"), title_justify="left")
     for topic in topics:
-        table.add_row(topic["topic"], topic["type"], str(topic["count"]),
-                      f"{topic['rate_hz']:g}" if topic["rate_hz"] else "")
+        add(table, topic["topic"], topic["type"], topic["count"], f"{topic['rate_hz']:g}" if topic["rate_hz"] else "")
     console.print(table)
     for topic in topics:
         if topic["problem"]:
-            console.print(printable(f"not decoded: {topic['topic']} {topic['problem']}"), highlight=False, markup=False)
+            console.print(f"not decoded: {topic['topic']} {topic['problem']}", highlight=False, markup=False)
     for record in content.all_metadata:
         if record.name not in _HIDDEN:
             text = f"{record.name}: " + ", ".join(f"{key} {value}" for key, value in record.metadata.items())
-            console.print(printable(text), highlight=False, markup=False)
-    console.print(printable("attachments: " + ", ".join(report["attachments"])), highlight=False, markup=False)
+            console.print(text, highlight=False, markup=False)
+    console.print("attachments: " + ", ".join(report["attachments"]), highlight=False, markup=False)
 
 
 def tell_unchecked(*bags) -> None:
@@ -149,7 +148,7 @@ def recover(
             "attachments": report.attachments, "metadata": report.metadata, "remarks": report.remarks}))
         return
     from rich.table import Table
-    table = Table("topic", "saved", "lost", title=f"{bag} -> {folder}", title_justify="left")
+    table = Table("topic", "saved", "lost", title=printable(f"{bag} -> {folder}"), title_justify="left")
     for name, topic in report.topics.items():
         add(table, name, topic.saved, "unknown" if topic.lost is None else topic.lost)
     console.print(table)

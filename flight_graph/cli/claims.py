@@ -18,7 +18,7 @@ def register(app: typer.Typer) -> None:
 def claims(
     paper: Annotated[str | None, typer.Argument(help="A paper's name; all papers when left out.")] = None,
     only: Annotated[list[str] | None, typer.Option(help="The id of a row; may be repeated.")] = None,
-    jobs: Annotated[int, typer.Option(min=1, help="Runs at a time.")] = 2,
+    jobs: Annotated[int, typer.Option(min=1, max=256, help="Runs at a time.")] = 2,
     figures: Annotated[Path | None, typer.Option(help="Draw the paper's figures into this folder.")] = None,
     bags: Annotated[Path | None, typer.Option(
         help="Keep every run as a bag in this folder, and take from there what is kept already.")] = None,

@@ -19,7 +19,8 @@ def register(app: typer.Typer) -> None:
 def compile_(
     names: Annotated[list[str] | None, typer.Argument(metavar="SCENARIO", help="Scenarios: names or files.")] = None,
     everything: Annotated[bool, typer.Option("--all", help="All scenarios that come with the packages.")] = False,
-    jobs: Annotated[int | None, typer.Option(min=1, help="Components at a time; one a core when left out.")] = None,
+    jobs: Annotated[int | None, typer.Option(
+        min=1, max=256, help="Components at a time; one a core when left out.")] = None,
     check_bounds: CheckBounds = False,
     trust: Trust = False,
     as_json: Json = False,

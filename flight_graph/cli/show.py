@@ -13,13 +13,21 @@ from flight_graph.text_files import printable
 
 _ROWS = 40  # of the table of differing fields
 
-console = Console(soft_wrap=not sys.stdout.isatty(), width=None if sys.stdout.isatty() else 160)
-_errors = Console(stderr=True)
+
+class _Console(Console):
+    """Shows the characters that steer a terminal by their numbers: names and texts may come from a stranger's bag."""
+
+    def print(self, *objects, **options):
+        super().print(*(printable(item) if isinstance(item, str) else item for item in objects), **options)
+
+
+console = _Console(soft_wrap=not sys.stdout.isatty(), width=None if sys.stdout.isatty() else 160)
+_errors = _Console(stderr=True)
 
 
 def status(text: str) -> None:
     """A line for a person, on standard error."""
-    _errors.print(printable(text), highlight=False, markup=False)
+    _errors.print(text, highlight=False, markup=False)
 
 
 class RunProgress:

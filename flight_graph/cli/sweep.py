@@ -22,7 +22,7 @@ def register(app: typer.Typer) -> None:
 def sweep(
     scenario: Annotated[str, typer.Argument(help="A scenario's name, or a YAML file, with a 'vary' block.")],
     runs: Annotated[int | None, typer.Option(help="Runs in all; as the scenario says when left out.")] = None,
-    jobs: Annotated[int | None, typer.Option(min=1, help="Threads; one a core when left out.")] = None,
+    jobs: Annotated[int | None, typer.Option(min=1, max=256, help="Threads; one a core when left out.")] = None,
     settings: Settings = None,
     params: Params = None,
     duration: Annotated[float | None, typer.Option(help="Simulated seconds of each run.")] = None,

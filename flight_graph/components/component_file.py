@@ -3,6 +3,7 @@
 import importlib
 import importlib.machinery
 import importlib.util
+import os
 import re
 import sys
 from pathlib import Path
@@ -25,7 +26,7 @@ class _Source(importlib.machinery.SourceFileLoader):
 def load(source: str):
     """The module of a Python file. Raises FlightError."""
     path = Path(source).resolve()
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise FlightError(f"there is no file '{path}'")
     for module in list(sys.modules.values()):
         if getattr(module, "__file__", None) == str(path):

@@ -1,9 +1,9 @@
 """Checking a component without a graph: read, compiled part by part, and run once on empty records."""
 
+import os
 import re
 import threading
 from dataclasses import dataclass, field
-from pathlib import Path
 
 from flight_graph.components import component_file, declared, kernel_rules, registry
 from flight_graph.components.component import Component
@@ -47,7 +47,7 @@ def check(target: str) -> list[Report]:
     path, _, name = target.rpartition(":") if ".py:" in target else (target, "", "")
     if not path.endswith(".py"):
         return [_checked(target, registry.find(target))]
-    if not Path(path).is_file():
+    if not os.path.isfile(path):
         raise FlightError(f"there is no file '{path}'")
     try:
         module = component_file.load(path)

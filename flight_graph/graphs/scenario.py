@@ -17,6 +17,7 @@ A parameter may follow from another component's: ``gravity: "= plant.gravity"`` 
 It is validated as a whole before anything runs; an error names the file and the key.
 """
 
+import os
 import re
 from importlib import resources
 from pathlib import Path
@@ -241,8 +242,8 @@ def read_file(name_or_path: str) -> tuple[dict, Path]:
         if name_or_path not in known:
             raise unknown("scenario", name_or_path, known)
         path = known[name_or_path]
-    elif not path.exists():
-        raise FlightError(f"there is no scenario file '{path}'")
+    elif not os.path.exists(path):
+        raise FlightError(f"there is no scenario file '{short(str(path))}'")
     data = yaml_text.read(path)
     if not isinstance(data, dict):
         raise FlightError(f"{path}: a scenario is a mapping of keys (name, title, duration_s, components, ...)")

@@ -113,6 +113,9 @@ class Vary:
 
     def overrides(self, case: int) -> dict[str, Any]:
         """The values of case K by key. Raises FlightError when there is no such case."""
+        if self.is_random and case >= MOST_RUNS * len(self.combinations):
+            raise FlightError(f"{self.origin}: there is no case {case}; the cases are 0 to "
+                              f"{MOST_RUNS * len(self.combinations) - 1}")
         if case < 0 or (case >= self.count and not self.is_random):
             raise FlightError(f"{self.origin}: there is no case {case}; the cases are 0 to {self.count - 1}")
         number, values = self.draw_number(case), dict(self.combinations[case % len(self.combinations)][1])

@@ -22,6 +22,7 @@ CLOCK_TOPIC = "/clock"
 CLOCK_HZ = 40.0  # [Hz] default, as `ros2 bag play --clock` has it
 LONGEST_GAP_S = 60.0  # [s] default: a gap that is longer is passed over
 _DEEPEST = 10_000  # messages of a publisher's history
+_LONGEST_NAME = 255  # characters, as ROS has it
 _NAME = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")  # a topic's name as ROS has it
 _RELIABLE, _BEST_EFFORT = ("reliable", 1, "system_default", 0, None), ("best_effort", 2)
 _LATCHED, _VOLATILE = ("transient_local", 1), ("volatile", 2, "system_default", 0, None)
@@ -127,7 +128,7 @@ def _names(bag, topics, remap):
             raise FlightError(f"--remap {rule}: allowed: old:=new, as /imu:=/left/imu")
         names[bag.spelled(old)] = new if new.startswith("/") else f"/{new}"
     for topic, name in names.items():
-        if not _NAME.fullmatch(name):
+        if len(name) > _LONGEST_NAME or not _NAME.fullmatch(name):
             raise FlightError(f"topic '{topic}' cannot be published as '{name}': a name in ROS is made of letters, digits, "
                               "_ and /; choose topics (--topics), or another name (--remap old:=new)")
     twice = {name for name in names.values() if list(names.values()).count(name) > 1}

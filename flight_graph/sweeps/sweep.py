@@ -21,6 +21,8 @@ from flight_graph.engines.compiled import CompiledRun
 from flight_graph.errors import FlightError, RunStopped
 from flight_graph.graphs import metrics
 from flight_graph.graphs.scenario import Scenario, vary_case
+from flight_graph.graphs.vary import MOST_RUNS
+from flight_graph.text_files import parse_json, read_bytes
 
 TABLE = "runs.parquet"
 DESCRIPTION = "sweep.json"  # what was swept: a table is continued only by the same sweep
@@ -63,6 +65,8 @@ class Sweep:
         vary = self.scenario.vary
         if runs is None:
             return range(vary.count)
+        if runs > MOST_RUNS:
+            raise FlightError(f"--runs {runs}: allowed: 1 to {MOST_RUNS} in one sweep")
         if runs < 1 or (runs > vary.count and not vary.is_random):
             raise FlightError(f"--runs {runs}: allowed: 1 to {vary.count}, the number of cases; nothing is random here")
         return range(runs)
@@ -227,9 +231,11 @@ def _describe(sweep, folder):
 def _earlier(sweep, folder) -> dict:
     """The rows of an interrupted sweep by case number."""
     description = folder / DESCRIPTION
-    if not description.is_file():
+    if not os.path.isfile(description):
         raise FlightError(f"--resume: {folder} holds no sweep ({DESCRIPTION} is missing)")
-    if json.loads(description.read_text(encoding="utf-8")).get("fingerprint") != sweep.fingerprint():
+    content = read_bytes(description, f"--resume: {description}")
+    known = parse_json(content, f"--resume: {description}")
+    if not isinstance(known, dict) or known.get("fingerprint") != sweep.fingerprint():
         raise FlightError(f"--resume: the sweep in {folder} is another one: scenario, vary block or --set differ")
     if not (folder / TABLE).is_file():
         return {}

@@ -10,6 +10,7 @@ Nolan et al., Icarus 226, 2013, and OSIRIS-REx results); the body between is a s
 """
 
 import math
+import os
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -120,7 +121,7 @@ def bennu(frequency: int = FREQUENCY) -> SuperellipsoidBody:
 
 def from_obj(path: Path, gm: float, scale: float = 1.0) -> MeshBody:
     """A body with the surface of a Wavefront .obj file (scale: metres a unit) and gravitational parameter gm."""
-    return _from_obj(Path(path), Path(path).stat().st_mtime_ns if Path(path).exists() else 0, gm, scale)
+    return _from_obj(Path(path), Path(path).stat().st_mtime_ns if os.path.exists(path) else 0, gm, scale)
 
 
 @lru_cache(maxsize=8)

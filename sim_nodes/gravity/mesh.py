@@ -6,6 +6,7 @@ It does not look for faces that cut through each other.
 """
 
 import math
+import os
 from array import array
 from io import BytesIO
 from pathlib import Path
@@ -27,7 +28,7 @@ def load_obj(path: Path, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
 
     scale: metres a unit of the file (1000 for kilometres). Only ``v`` and ``f`` lines are read.
     """
-    if not Path(path).exists():
+    if not os.path.exists(path):
         raise FlightError(f"there is no mesh file '{short(str(path))}'")
     content = read_bytes(Path(path), f"mesh {path}", LARGEST)
     coordinates, indices = array("d"), array("q")

@@ -4,6 +4,7 @@
 """
 
 import math
+import os
 from pathlib import Path
 
 from flight_graph.components.records import Choice, Mat3, Parameters, Vec3, field
@@ -49,7 +50,7 @@ def resolve_site(values: dict, where: str, folder: Path | None = None) -> dict:
         if not values["mesh"]:
             raise FlightError(f"{where}.mesh: gravity_model mesh needs a Wavefront .obj file")
         path = Path(values["mesh"])
-        if not path.is_absolute() and folder is not None and (folder / path).is_file():
+        if not path.is_absolute() and folder is not None and os.path.isfile(folder / path):
             path = folder / path
         values["mesh"] = str(path.resolve())
         try:

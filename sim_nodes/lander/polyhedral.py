@@ -7,6 +7,7 @@ Frames: A is the body's (z along the spin; latitude and longitude are planetocen
 """
 
 import math
+import os
 from functools import lru_cache
 from pathlib import Path
 
@@ -116,7 +117,7 @@ def located(values: dict, folder: Path | None) -> dict:
     if values["gravity_model"] != "mesh" or not values["mesh"]:
         return values
     path = Path(values["mesh"])
-    if not path.is_absolute() and folder is not None and (folder / path).is_file():
+    if not path.is_absolute() and folder is not None and os.path.isfile(folder / path):
         path = folder / path
     return {**values, "mesh": str(path.resolve())}
 

@@ -71,3 +71,36 @@ def test_no_gain_is_advised_where_none_helps():
     with pytest.raises(FlightError, match="whatever lambda_a; widen rho_u0, start more slowly") as caught:
         CompiledRun(load("cubli_asteroid_paper", spinning)).run()
     assert "below [0" not in str(caught.value)
+
+
+@pytest.mark.parametrize(("options", "words"), [
+    (["run", "lander_monte_carlo", "--case", 10**30], "there is no case"), (["run", "lander_monte_carlo", "--case", -1], "there is no case"),
+    (["sweep", "lander_monte_carlo", "--runs", 10**12], "--runs 1000000000000: allowed: 1 to 1000000 in one sweep"),
+    (["sweep", "lander_monte_carlo", "--runs", 0], "--runs 0: allowed"), (["run", "cubli_asteroid", "--seed", 2**70], "seed: "),
+    (["run", "cubli_asteroid", "--duration", 1e300], "duration_s: 1e+300 is not allowed; allowed: at most 1e+09 s"),
+    (["run", "cubli_asteroid", "--set", "plant.gravity=1e400"], "gravity: inf is not allowed"),
+    (["run", "cubli_asteroid", "--set", "plant.gravity_sign=" + "9" * 30], "gravity_sign"),
+    (["run", "cubli_asteroid", "--set", "plant.gravity=" + "[" * 2000], "is no value"),
+    (["run", "cubli_asteroid", "--set", "plant.rate_hz=1e-12"], "plant.rate_hz"),
+    (["run", "cubli_asteroid", "--set", "plant.rate_hz=1e300"], "plant.rate_hz"),
+    (["run", "cubli_asteroid", "--set", "controller.use=.relative:Law"], "controller.use"),
+    (["run", "cubli_asteroid", "--set", "controller.use=:Law"], "controller.use"),
+    (["run", "cubli_asteroid", "--set", "controller.use=os:kill"], "is not a component"),
+    (["run", "cubli_asteroid", "--set", "metrics=os:kill"], "metrics: 'os:kill' is of Python's own library"),
+    (["run", "cubli_asteroid", "--set", "name=../up"], "name: '../up' is not allowed; allowed: letters, digits and _ - ."),
+    (["run", "lander_bennu_polyhedral", "--set", "plant.gravity_model=mesh", "--set", "plant.mesh=" + "x" * 5000], "mesh"),
+    (["run", "lander_bennu_polyhedral", "--set", "plant.gravity_model=mesh", "--set", "plant.mesh=" + "x" * 300], "mesh"),
+    (["run", "lander_bennu_polyhedral", "--set", "plant.gravity_model=mesh", "--set", "plant.mesh=/dev/zero"], "no ordinary file"),
+    (["node", "../x/y"], "no package called '..'"), (["node", "cubli_ros/../x"], "no executable called '../x'"),
+])
+def test_values_beyond_reason(flight, tmp_path, options, words):
+    done = flight(*options)
+    assert done.status == 2 and done.err.startswith("error: ") and words in done.err and len(done.err) < 3000, done.err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("content", ["{", "[]", "[" * 100_000, "1", ""])
+def test_a_sweep_that_is_continued_from_something_else(flight, tmp_path, content):
+    (tmp_path / "sweep.json").write_text(content)
+    done = flight("sweep", "lander_monte_carlo", "--resume", "--out", tmp_path)
+    assert done.status == 2 and "--resume: " in done.err, done.err
