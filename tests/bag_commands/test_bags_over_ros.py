@@ -23,6 +23,7 @@ pytestmark = pytest.mark.ros
 from benchmarks.kill_recovery import kill_once  # noqa: E402
 from flight_graph.ros import shared_memory  # noqa: E402
 from flight_graph.ros.environment import prepare_environment  # noqa: E402
+from flight_graph.ros.patience import at_least  # noqa: E402
 
 prepare_environment()
 
@@ -41,7 +42,7 @@ def command(*arguments, **options):
 def nothing_of_killed_nodes_stays():
     """What kill -9 leaves in shared memory is removed, as the next run of a scenario would do."""
     yield
-    deadline = time.monotonic() + 10.0  # [s]
+    deadline = time.monotonic() + at_least(60.0)  # [s]
     while shared_memory.leftovers(0.0) and time.monotonic() < deadline:
         shared_memory.clean()
         time.sleep(0.1)
@@ -112,16 +113,16 @@ def test_play_a_foreign_bag(foreign, listener, tmp_path):
     clock = [sec * 10**9 + nanosec for sec, nanosec in clock]
     assert clock == sorted(clock) and set(recorded.stamps_ns("/a").tolist()) <= set(clock)
     took = listener.heard["/a"][-1][0] - listener.heard["/a"][0][0]
-    assert took == pytest.approx(0.98, abs=0.25)  # [s] 0.49 s at half the rate, on a machine that has other work
+    assert took > 0.98 - 0.25  # [s] 0.49 s at half the rate; a machine that has other work may be late, never early
 
 
 def test_play_in_a_loop_until_interrupted(foreign, listener):
     process = command("play", foreign, "--loop", "--start", 0.3, "--topics", "/b", "--rate", 4)
-    deadline = time.monotonic() + 30
+    deadline = time.monotonic() + at_least(60.0)
     while len(listener.heard["/b"]) < 100 and time.monotonic() < deadline:
         listener.listen()
     process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=20)
+    out, err = process.communicate(timeout=at_least(60.0))
     assert process.returncode == 0 and "Traceback" not in err, err
     numbers = [struct.unpack_from("<i", message, 4)[0] for _, message in listener.heard["/b"]]
     assert numbers[:80] == [*range(60, 100)] * 2
@@ -149,7 +150,7 @@ def test_a_playback_is_ordered(tmp_path):
 def test_replay_through_the_real_node(asteroid):
     """The estimator as a ROS node, fed by the replayer: 400 firings, byte for byte."""
     process = command("replay", asteroid, "--component", "estimator", "--engine", "ros", "--json")
-    out, err = process.communicate(timeout=120)
+    out, err = process.communicate(timeout=at_least(300.0))
     assert process.returncode == 0, err
     report = json.loads(out)
     assert (report["verdict"], report["applied"], report["messages"], report["firings"]) == ("equal", "bytes", 800, 400)

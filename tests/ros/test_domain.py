@@ -79,7 +79,7 @@ def test_a_domain_that_is_none_is_refused(monkeypatch, text):
 def test_two_runs_at_the_same_moment(unset, tmp_path):
     """Both are complete and equal; each says on which domain it was, and its bag says so too."""
     (tmp_path / "toy.yaml").write_text(yaml.safe_dump(toy.scenario()))
-    runs = [start("run", tmp_path / "toy.yaml", "--engine", "ros", "--out", tmp_path / name, "--json", cwd=tmp_path)
+    runs = [start("run", tmp_path / "toy.yaml", "--trust", "--engine", "ros", "--out", tmp_path / name, "--json", cwd=tmp_path)
             for name in "ab"]
     made = []
     for process in runs:

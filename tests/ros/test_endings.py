@@ -24,12 +24,15 @@ NODES = {"plant", "sensor", "controller", "watcher", "recorder"}
 def run(tmp_path):
     """The command that runs the toy graph as nodes, for long."""
     (tmp_path / "toy.yaml").write_text(yaml.safe_dump(toy.scenario()))
-    return "run", tmp_path / "toy.yaml", "--engine", "ros", "--duration", 1000, "--out", tmp_path / "bag"
+    return "run", tmp_path / "toy.yaml", "--trust", "--engine", "ros", "--duration", 1000, "--out", tmp_path / "bag"
 
 
 def nodes_of(process) -> dict[str, int]:
     """The nodes of a run by name, once all of them are there."""
-    return until(lambda: found if NODES <= (found := children(process.pid)).keys() else None, 60.0, what="the nodes")
+    def found():
+        assert process.poll() is None, process.stderr.read()
+        return there if NODES <= (there := children(process.pid)).keys() else None
+    return until(found, 60.0, what="the nodes")
 
 
 def recorded(bag):
@@ -182,7 +185,7 @@ def test_a_node_that_never_appears_is_named(run, tmp_path):
 def test_what_a_node_no_longer_sends_in_realtime_is_counted(tmp_path):
     """A node that hangs in a realtime run does not end it; what its topic lacks at the end stands in the bag as lost."""
     (tmp_path / "toy.yaml").write_text(yaml.safe_dump(toy.scenario()))
-    with running("run", tmp_path / "toy.yaml", "--engine", "ros", "--pace", "realtime:2", "--duration", 20, "--out",
+    with running("run", tmp_path / "toy.yaml", "--trust", "--engine", "ros", "--pace", "realtime:2", "--duration", 20, "--out",
                  tmp_path / "bag", "--json", cwd=tmp_path) as process:
         pids, open_chunk = nodes_of(process), tmp_path / "bag" / "RECORDING"
         until(lambda: open_chunk.exists() and open_chunk.stat().st_size > 4000, 60.0, "messages in the bag")
@@ -206,7 +209,7 @@ def test_a_fault_of_a_component_ends_the_run_with_its_sentence(tmp_path):
     (tmp_path / "toy.yaml").write_text(yaml.safe_dump(data))
     texts = []
     for engine in ("compiled", "ros"):
-        done = flight("run", tmp_path / "toy.yaml", "--engine", engine, "--out", tmp_path / engine, cwd=tmp_path)
+        done = flight("run", tmp_path / "toy.yaml", "--trust", "--engine", engine, "--out", tmp_path / engine, cwd=tmp_path)
         assert done.returncode == 2
         sentence(done.stderr, "controller stopped at t = 0 s: the angle left the limit of 0.25 rad")
         texts.append(done.stderr.partition(";")[0].strip())

@@ -89,8 +89,8 @@ def test_multi_rate_delays_and_slow_outputs(runs):
     """The toy graph: rates 200, 100, 50 and 10 Hz, a delayed edge, counters that depend on which stamp is fresh."""
     path = runs.folder / "toy.yaml"
     path.write_text(yaml.safe_dump(toy.scenario()))
-    _, compiled = runs("toy_compiled", path)
-    _, ros = runs("toy_ros", path, *ROS)
+    _, compiled = runs("toy_compiled", path, "--trust")
+    _, ros = runs("toy_ros", path, "--trust", *ROS)
     assert_equal(compiled, ros)
     assert {topic: len(found) for topic, found in messages(ros).items()} == {
         "/toy/truth": 400, "/toy/imu": 400, "/toy/command": 200, "/toy/watch": 20}
@@ -104,7 +104,7 @@ def test_rates_that_do_not_divide_each_other(runs):
     data["connect"]["controller.imu"] = {"from": "sensor.imu", "delay": 1}
     path = runs.folder / "odd.yaml"
     path.write_text(yaml.safe_dump(data))
-    assert_equal(runs("odd_compiled", path)[1], runs("odd_ros", path, *ROS)[1])
+    assert_equal(runs("odd_compiled", path, "--trust")[1], runs("odd_ros", path, "--trust", *ROS)[1])
 
 
 @pytest.mark.parametrize("engine", ["compiled", "ros"])

@@ -183,6 +183,27 @@ def test_parameter_file_namespace_and_remapping(client, tmp_path):
         stopped_cleanly(plant)
 
 
+SECTIONS = {"/**": {"kp": 1.5, "kd": 2.5}, "/*/controller": {"kp": 3.5}, "/*": {"kd": 9.0}, "/**/other": {"kp": 9.0},
+            "/rover_7/*": {"mass": 1.25}, "/*/*/controller": {"mass": 9.0}, "controller": {"mass": 9.0}}
+
+
+def test_sections_with_wildcards_are_those_of_rclpy(client, tmp_path):
+    """What a node takes from each section of a parameter file is what a plain rclpy node of that name takes."""
+    (tmp_path / "p.yaml").write_text(yaml.safe_dump(
+        {section: {"ros__parameters": values} for section, values in SECTIONS.items()}, sort_keys=False))
+    file = ["--ros-args", "--params-file", str(tmp_path / "p.yaml")]
+    plain = rclpy.create_node("controller", namespace="/rover_7", cli_args=file,
+                              automatically_declare_parameters_from_overrides=True)
+    wanted = {name: plain.get_parameter(name).value for name in ("kp", "kd", "mass")}
+    plain.destroy_node()
+    assert wanted == {"kp": 3.5, "kd": 2.5, "mass": 1.25}
+    with running("node", "cubli_ros", "pd_controller", *file, "-r", "__ns:=/rover_7", "-r", "__node:=controller",
+                 cwd=tmp_path) as node:
+        found = {name: client.get("/rover_7/controller", name) for name in wanted}
+        stopped_cleanly(node)
+    assert {name: value[0] if isinstance(value, list) else value for name, value in found.items()} == wanted
+
+
 def test_a_stranger_as_controller(client, tmp_path):
     """A plain rclpy node may send commands; rclpy's own form of empty arrays, other frames and names are dealt with."""
     wheels = client.listen(JointState, "/cubli/wheel_state")
