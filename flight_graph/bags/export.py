@@ -91,7 +91,9 @@ def export(bag, out_dir, to: str = "csv", topics=None, units: dict | None = None
         for topic in names:
             path = out_dir / f"{_file_name(topic, {file.stem for file in done.paths})}.{to}"
             try:
-                write(path, table(bag, topic, units))
+                content = table(bag, topic, units)
+                path.unlink(missing_ok=True)  # what lies there may be a link to a file elsewhere
+                write(path, content)
             except BagError as error:
                 done.problems[topic] = str(error)
             else:

@@ -8,6 +8,7 @@ file: the types that travel (requests, responses, events, feedback) are made fro
 import re
 from functools import lru_cache
 
+import numpy as np
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import get_types_from_idl, get_types_from_msg
 from rosbags.typesys.base import TypesysError
@@ -22,6 +23,7 @@ PRIMITIVES = {
 WIDE = "wstring"  # UTF-16 text; the parser does not know it
 EMPTY = (("structure_needs_at_least_one_member", (Nodetype.BASE, ("uint8", 0))),)  # what ROS sends for no fields
 _GROUPS = (["x", "y", "z"], ["x", "y", "z", "w"])
+_DEEPEST, _MOST_FIELDS, _LONGEST = 50, 10_000, 1 << 30  # types in each other, fields in all, bytes of a message
 _LARGEST = 1 << 20  # [bytes] of a definition
 _STAND_IN = "flight_graph_text/msg/Wide"  # takes the place of WIDE for the parser
 _RULE = re.compile(r"^=+[ \t]*$", re.M)
@@ -54,6 +56,7 @@ def field_trees(type_name: str, text: str, encoding: str) -> dict:
                        (f" (schema encoding '{encoding}')" if encoding not in ("ros2msg", "ros2idl", "") else ""))
     trees = {}
     _collect(root, known, trees, ())
+    _refuse_extent(type_name, root, trees)
     return {**trees, type_name: trees[root]}
 
 
@@ -117,6 +120,8 @@ def _collect(name, known, trees, users):
     """Fill trees with a type and all that it contains. users: the types that it stands in. Raises BagError."""
     if name in users:
         raise BagError(f"the bag's definition of {name} contains itself")
+    if len(users) >= _DEEPEST:
+        raise BagError(f"the bag's definition of {users[0]} nests more than {_DEEPEST} types in each other")
     if name in trees:
         return
     if name not in known:
@@ -127,6 +132,34 @@ def _collect(name, known, trees, users):
             node = node[1][0]
         if node[0] == Nodetype.NAME:
             _collect(node[1], known, trees, (*users, name))
+
+
+def _refuse_extent(type_name, root, trees):
+    """Refuse a type of more numbers, or of more bytes, than a message has. Raises BagError."""
+    known = {}
+
+    def extent(name):
+        """(fields, least bytes) of a type with all that it contains."""
+        if name not in known:
+            parts = [of_node(node) for _, node in trees[name]]
+            known[name] = sum(fields for fields, _ in parts), sum(size for _, size in parts)
+        return known[name]
+
+    def of_node(node):
+        kind, argument = node
+        if kind == Nodetype.NAME:
+            return extent(argument)
+        if kind == Nodetype.SEQUENCE:
+            return of_node(argument[0])[0], 4
+        if kind == Nodetype.ARRAY:
+            fields, size = of_node(argument[0])
+            return fields, size * argument[1]
+        return 1, np.dtype(PRIMITIVES.get(argument[0], "u4")).itemsize
+
+    fields, size = extent(root)
+    if fields > _MOST_FIELDS or size > _LONGEST:
+        raise BagError(f"the bag's definition of {type_name} has {fields} fields and at least {size} bytes; allowed: at "
+                       f"most {_MOST_FIELDS} fields and {_LONGEST} bytes")
 
 
 def _node(node):

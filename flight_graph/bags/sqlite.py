@@ -4,6 +4,7 @@ Tables: topics (id, name, type, serialization_format, offered_qos_profiles, ...)
 and, since Iron, message_definitions. Rows are read in the order of their ids, which is that of their writing.
 """
 
+import re
 import sqlite3
 import struct
 import tempfile
@@ -52,6 +53,7 @@ def _read(path):
                 "offered_qos_profiles": str(qos or ""), "topic_type_hash": str(type_hash or "")}, number)
         if any(not 0 <= key < 1 << 16 for key in contents.channels):
             raise Damage("a topic has an impossible number")
+        _check_table(database, "messages", ("id", "topic_id", "timestamp", "data"))
         ids = np.array([row[0] for row in database.execute("select id from messages order by id")], np.int64)
     contents.blocks = [_block(path, ids[begin:begin + _ROWS]) for begin in range(0, len(ids), _ROWS)]
     contents.messages, contents.room = _messages(contents)
@@ -100,16 +102,31 @@ def _opened(path):
         with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode={mode}", uri=True)) as database:
             database.execute("pragma trusted_schema = off")
             yield database
-    except (sqlite3.Error, OverflowError, struct.error) as error:
+    except (sqlite3.Error, OverflowError, struct.error, TypeError, ValueError) as error:
+        if isinstance(error, BagError):
+            raise
         raise Damage(f"{path.name} cannot be read ({error})") from None
+
+
+def _check_table(database, table, needed):
+    """Refuse what is no plain table with these columns: a view or a virtual table works out what was asked for, without
+    end if it wants."""
+    found = database.execute("select sql from sqlite_master where name = ? and type = 'table'", (table,)).fetchone()
+    if found is None or not re.match(r"\s*create\s+table\b", str(found[0]), re.I):
+        raise Damage(f"its table '{table}' is missing")
+    there = [row[1] for row in database.execute(f"pragma table_info({table})")]
+    if not set(needed) <= set(there):
+        raise Damage(f"its table '{table}' has other columns")
+    return there
 
 
 def _rows(database, table, needed, wished, optional=False):
     """Rows of a table with the columns that older versions lack as None."""
-    there = [row[1] for row in database.execute(f"pragma table_info({table})")]
-    if not set(needed) <= set(there):
+    try:
+        there = _check_table(database, table, needed)
+    except Damage:
         if optional:
             return []
-        raise Damage(f"its table '{table}' is missing or has other columns")
+        raise
     names = ", ".join(name if name in there else f"null as {name}" for name in (*needed, *wished))
     return database.execute(f"select {names} from {table}").fetchall()

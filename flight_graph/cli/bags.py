@@ -115,7 +115,7 @@ def plot(
     """Draw a run's overview figure from its bag."""
     from flight_graph.recordings.recording import open_run
     _, scenario, signals = open_run(bag, asked(trust), with_figure=True)
-    print(draw_overview(scenario, signals, out or bag.with_name(bag.stem + ".png")))
+    print(draw_overview(scenario, signals, out or _no_link(bag.with_name(bag.stem + ".png"))))
 
 
 def draw_overview(scenario, signals, path: Path) -> Path:
@@ -213,4 +213,11 @@ def export(
 
 def _beside(bag: Path, ending: str) -> Path:
     name = bag.name.removesuffix(".zstd").removesuffix(".mcap") or bag.resolve().name
-    return bag.parent / f"{name}{ending}"
+    return _no_link(bag.parent / f"{name}{ending}")
+
+
+def _no_link(path: Path) -> Path:
+    """A place beside a bag, which whoever made the bag may have made as well."""
+    if path.is_symlink():
+        raise FlightError(f"'{path}' is a link to another place; name where to write with --out")
+    return path

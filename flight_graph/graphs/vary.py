@@ -40,7 +40,10 @@ _ALTERNATIVES = ("Spaced",)
 
 
 class VaryFile(Strict):
-    """The keys of the block. function: ``module:name`` of f(draw number, seed) -> {key: value}, for joint draws."""
+    """The keys of the block.
+
+    function: ``module:name`` or ``file.py:name`` of f(draw number, seed) -> {key: value}, for joint draws.
+    """
 
     cases: list[dict[str, Any]] = Field(default_factory=list)
     grid: dict[str, list[Any] | Spaced] = Field(default_factory=dict)

@@ -9,6 +9,7 @@ import pytest
 import yaml
 import zstandard
 
+from flight_graph.bags.writer import BagWriter
 from tests.security.attacks import bag, scenario
 from tests.security.measured import measured
 
@@ -180,3 +181,38 @@ def test_compressed_bytes(tmp_path):
                              "def _decompress(*given):\n    try:\n        mcap_records._decompress(*given)\n"
                              "    except Damage as damage:\n        raise FlightError(str(damage))\n", call, tmp_path / name)
             assert found.grown < MEGABYTES and found.sentence, (name, size, found)
+
+
+OUTER = f"evil_msgs/T0 x\n{'=' * 80}\nMSG: evil_msgs/T0\n"
+
+
+def holding(number, times, array=""):
+    """Fields of the type of a number."""
+    return "".join(f"evil_msgs/T{number}{array} x{j}\n" for j in range(times))
+
+
+DEFINITIONS = {
+    "a huge array": ("ros2msg", "float64[1000000000] x\n"), "a huge array of texts": ("ros2msg", "string[1000000000] x\n"),
+    "arrays of arrays": ("ros2msg", OUTER.replace("T0 x", "T0[10] x") + "".join(
+        f"{holding(i + 1, 1, '[10]')}{'=' * 80}\nMSG: evil_msgs/T{i + 1}\n" for i in range(12)) + "float64[10] x\n"),
+    "fields of fields": ("ros2msg", OUTER + "".join(
+        f"{holding(i + 1, 10)}{'=' * 80}\nMSG: evil_msgs/T{i + 1}\n" for i in range(9)) + "float64 x\n"),
+    "deep": ("ros2msg", OUTER + "".join(
+        f"{holding(i + 1, 1)}{'=' * 80}\nMSG: evil_msgs/T{i + 1}\n" for i in range(3000)) + "float64 x\n"),
+    "in itself": ("ros2msg", "evil_msgs/Bomb x\n"), "an array of nothing": ("ros2msg", OUTER.replace("T0 x", "T0[1000000000] x")),
+    "long": ("ros2msg", "float64 x\n" * 150_000), "idl": ("ros2idl", "module evil_msgs { module msg { struct Bomb { double x[1000000000]; }; }; };"),
+    "deep idl": ("ros2idl", "module a {" * 20_000), "parentheses": ("ros2idl", "(" * 100_000), "unknown": ("ros3", "x"),
+}
+
+
+@pytest.mark.parametrize("kind", DEFINITIONS)
+def test_message_definitions(tmp_path, kind):
+    encoding, text = DEFINITIONS[kind]
+    with BagWriter(tmp_path / "bag") as writer:
+        topic = writer.add_channel("/x", "cdr", {}, ("evil_msgs/msg/Bomb", encoding, text.encode()))
+        for number, body in enumerate((bytes(64), b"\xff" * 64, b"", b"\xff\xff\xff\x7f" * 100)):
+            writer.write(topic, number, b"\0\1\0\0" + body)
+    found = measured("from flight_graph.bags.export import export\nfrom flight_graph.bags.reader import read_bag",
+                     "for sentence in export(read_bag(sys.argv[1]), sys.argv[2]).problems.values(): raise FlightError(sentence)",
+                     tmp_path / "bag", tmp_path / "out")
+    is_small(found, "topic '/x'")

@@ -48,7 +48,7 @@ def test_code_of_elsewhere_needs_consent(flight, monkeypatch, tmp_path):
     for number, (kind, data) in enumerate(outside(trap, tmp_path).items()):
         file = written(tmp_path / "own" / f"s{number}.yaml", data)
         for command in (("run", file), ("run", file, "--params", tmp_path / "given.yaml"), ("run", file, "--case", 0),
-                        ("sweep", file), ("sweep", file, "--params", tmp_path / "given.yaml"), ("demo", file),
+                        ("sweep", file), ("sweep", file, "--params", tmp_path / "given.yaml"), ("demo", file), ("compile", file),
                         ("identify", "spacerobot", "--trajectory", file)):
             done = flight(*command)
             assert done.status == 2 and "add --trust to run it" in done.err and not trap.ran, (kind, command, done.err)
