@@ -1,6 +1,5 @@
 """One component as a ROS 2 lifecycle node: ports, parameters, start-up, and the two paces of its loop."""
 
-import importlib.util
 import threading
 import time
 
@@ -12,7 +11,7 @@ from flight_graph.engines.single import SingleComponent
 from flight_graph.errors import FlightError, unknown
 from flight_graph.recordings.recording import formatted_payload
 from flight_graph.ros.parameters import ComponentParameters
-from flight_graph.ros.ports import InputPort, LoopOnly, OutputPort, RawPublisher
+from flight_graph.ros.ports import InputPort, LoopOnly, OutputPort, RawPublisher, is_importable
 from flight_graph.ros.progress import Progress, Watch
 from flight_graph.ros.settings import declare
 from flight_graph.ros.strangers import Strangers, misfits
@@ -48,7 +47,7 @@ class ComponentNode(LifecycleNode):
         self.outputs = {port: OutputPort(self, port, signal, signal.topic)
                         for port, signal in component.outputs.items()}
         self.formatted = [(made, RawPublisher(self, made.topic, made.type_name, made.role.qos))
-                          for made in component.formatted if _importable(made.type_name)]
+                          for made in component.formatted if is_importable(made.type_name)]
         self.output_periods = {port: self.settings.output_period_ns(component, port) for port in self.outputs}
         self.progress = Progress(self, self.settings)
         self.watches = {other: Watch(self, other, group) for other in self.settings.wait_for}
@@ -213,7 +212,3 @@ class ComponentNode(LifecycleNode):
 def clock_payload(sec: int, nanosec: int) -> bytes:
     """A serialised rosgraph_msgs/Clock."""
     return ENCAPSULATION + sec.to_bytes(4, "little", signed=True) + nanosec.to_bytes(4, "little")
-
-
-def _importable(type_name):
-    return importlib.util.find_spec(type_name.split("/")[0]) is not None
