@@ -43,7 +43,9 @@ class ComponentNode(LifecycleNode):
         group = LoopOnly()
         self.inputs = {
             port: InputPort(self, port, signal, self.settings.sources[port].topic, self.settings.epoch_ns, group)
-            for port, signal in component.inputs.items()}
+            for port, signal in component.inputs.items() if self.settings.sources[port].is_connected}
+        records = {port: self.inputs[port].record if port in self.inputs else signal.new()[1]
+                   for port, signal in component.inputs.items()}
         self.outputs = {port: OutputPort(self, port, signal, signal.topic)
                         for port, signal in component.outputs.items()}
         self.formatted = [(made, RawPublisher(self, made.topic, made.type_name, made.role.qos))
@@ -61,9 +63,8 @@ class ComponentNode(LifecycleNode):
         self._thread = threading.Thread(target=self._serve, daemon=True)
         self._machine = SingleComponent(
             name, use, component, self.parameters.record, self.state,
-            {port: entry.record for port, entry in self.inputs.items()},
-            {port: entry.record for port, entry in self.outputs.items()}, self.output_periods, self.settings.epoch_ns,
-            self.settings.check_bounds)
+            records, {port: entry.record for port, entry in self.outputs.items()}, self.output_periods,
+            self.settings.epoch_ns, self.settings.check_bounds)
         self._thread.start()
         if autostart:
             self.trigger_configure()
