@@ -4,6 +4,7 @@ import threading
 import time
 
 import rclpy
+from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 
@@ -41,13 +42,12 @@ class ComponentNode(LifecycleNode):
         self.parameters = ComponentParameters(self, component)
         self.parameters.record["period"] = self.settings.period_ns / SECOND
         group = LoopOnly()
-        self.inputs = {
-            port: InputPort(self, port, signal, self.settings.sources[port].topic, self.settings.epoch_ns, group)
-            for port, signal in component.inputs.items() if self.settings.sources[port].is_connected}
+        try:
+            self._make_ports(component, group)
+        except (RuntimeError, ParameterException) as error:  # of parameters qos_overrides
+            raise FlightError(f"{self.get_name()}: {error}") from None
         records = {port: self.inputs[port].record if port in self.inputs else signal.new()[1]
                    for port, signal in component.inputs.items()}
-        self.outputs = {port: OutputPort(self, port, signal, signal.topic)
-                        for port, signal in component.outputs.items()}
         self.formatted = [(made, RawPublisher(self, made.topic, made.type_name, made.role.qos))
                           for made in component.formatted if is_importable(made.type_name)]
         self.output_periods = {port: self.settings.output_period_ns(component, port) for port in self.outputs}
@@ -69,6 +69,13 @@ class ComponentNode(LifecycleNode):
         if autostart:
             self.trigger_configure()
             self.trigger_activate()
+
+    def _make_ports(self, component, group):
+        """Outputs first: who finds the inputs, and sends, will have found where the answers come from."""
+        self.outputs = {port: OutputPort(self, port, signal, signal.topic) for port, signal in component.outputs.items()}
+        self.inputs = {
+            port: InputPort(self, port, signal, self.settings.sources[port].topic, self.settings.epoch_ns, group)
+            for port, signal in component.inputs.items() if self.settings.sources[port].is_connected}
 
     # -- lifecycle -----------------------------------------------------------------------------------------------
     def on_activate(self, state):
