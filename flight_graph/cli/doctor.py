@@ -67,10 +67,10 @@ def _ros():
     if importlib.util.find_spec("rclpy") is None:
         return {"ros": None}
     origin = os.environ.get("ROS_DISTRO") or f"wheel {_version('ros-jazzy-rclpy')}"
-    probe = subprocess.run([sys.executable, "-c", "from flight_graph.ros.environment import prepare_environment\n"
+    probe = subprocess.run([sys.executable, "-P", "-c", "from flight_graph.ros.environment import prepare_environment\n"
                             "prepare_environment()\nimport rclpy\nprint(rclpy.get_rmw_implementation_identifier())"],
                            capture_output=True, encoding="utf-8")
-    talkers = [subprocess.Popen([sys.executable, "-c", _TALK, side]) for side in "ab"]
+    talkers = [subprocess.Popen([sys.executable, "-P", "-c", _TALK, side]) for side in "ab"]
     codes = [talker.wait() for talker in talkers]
     return {"ros": origin, "middleware": probe.stdout.strip() or probe.stderr.strip().splitlines()[-1:],
             "discovery": os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"),

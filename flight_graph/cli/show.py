@@ -23,6 +23,7 @@ class _Console(Console):
 
 console = _Console(soft_wrap=not sys.stdout.isatty(), width=None if sys.stdout.isatty() else 160)
 _errors = _Console(stderr=True)
+_bars = []  # on the screen now
 
 
 def status(text: str) -> None:
@@ -75,7 +76,21 @@ def steps(name: str, wanted: bool):
     with Progress(TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed} of {task.total}"),
                   TimeRemainingColumn(), console=_errors, transient=True) as bar:
         task = bar.add_task(name, total=None)
-        yield lambda done, total, what="": bar.update(task, completed=done, total=total, description=f"{name}: {what}")
+        _bars.append(bar)
+        try:
+            yield lambda done, total, what="": bar.update(task, completed=done, total=total, description=f"{name}: {what}")
+        finally:
+            _bars.remove(bar)
+
+
+@contextmanager
+def without_bar():
+    """Take the bar of `steps` away while a question is asked."""
+    for bar in _bars:
+        bar.stop()
+    yield
+    for bar in _bars:
+        bar.start()
 
 
 @contextmanager

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from flight_graph.cli.show import without_bar
 from flight_graph.text_files import printable
 
 Trust = Annotated[bool, typer.Option(
@@ -24,6 +25,8 @@ def _ask(where, found) -> None:
     from flight_graph.components.foreign import refuse
     lines = [f"{where} names code that does not come with the packages; it would run with all your rights:",
              *(f"  {code}" for code in found)]
-    print(printable("\n".join(lines)), file=sys.stderr)
-    if not typer.confirm("Have you read it, and shall it run?", default=False, err=True):
+    with without_bar():
+        print(printable("\n".join(lines)), file=sys.stderr)
+        agreed = typer.confirm("Have you read it, and shall it run?", default=False, err=True)
+    if not agreed:
         refuse(where, found)

@@ -20,6 +20,7 @@ from flight_graph.timebase import SECOND, stamp_parts
 from msg_schemas.signal import Signal
 
 SHORTEST_CHUNK = 2000  # [ticks] between calls of progress
+LONGEST_CHUNK = 200_000  # [ticks] until an interruption is seen
 
 
 @dataclass
@@ -109,7 +110,7 @@ class CompiledRun:
         compile_s = self.compile(compiling)
         began = time.perf_counter()
         flight = self.start(ticks, logs)
-        chunk = max(SHORTEST_CHUNK, ticks // 100) if progress else ticks
+        chunk = min(max(SHORTEST_CHUNK, ticks // 100) if progress else ticks, LONGEST_CHUNK)
         while not flight.stop and flight.tick < ticks:
             flight.advance(min(ticks, flight.tick + chunk))
             if progress:

@@ -114,9 +114,10 @@ class Launch:
         self._unborn = set(self.names)  # nodes that the spawner has not started yet
         self._killed = set()  # nodes that did not end when they were asked to
         environment = {**os.environ, **domain.environment(), "PYTHONUNBUFFERED": "1",
+                       "PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path),  # with -P: nothing else
                        "OPENBLAS_NUM_THREADS": "1"}  # one thread: it forks
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "flight_graph.ros.spawner"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            [sys.executable, "-P", "-m", "flight_graph.ros.spawner"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
             text=True, env=environment, process_group=0)
         self._lines = queue.SimpleQueue()  # what the nodes say, line by line; None: all have ended
         threading.Thread(target=self._read, daemon=True).start()

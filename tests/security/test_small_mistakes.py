@@ -104,3 +104,20 @@ def test_a_sweep_that_is_continued_from_something_else(flight, tmp_path, content
     (tmp_path / "sweep.json").write_text(content)
     done = flight("sweep", "lander_monte_carlo", "--resume", "--out", tmp_path)
     assert done.status == 2 and "--resume: " in done.err, done.err
+
+
+def test_a_run_without_end_can_be_interrupted(monkeypatch):
+    """Also one that records nothing, and that nobody watches."""
+    from flight_graph.engines import compiled
+    loaded = load("cubli_asteroid", {"duration_s": 1e7, "record": {"topics": []}})
+    advance, ends = compiled.Flight.advance, []
+
+    def watched(flight, tick):
+        ends.append(tick)
+        advance(flight, min(tick, 100))  # the ticks themselves are not the point
+        if len(ends) == 3:
+            raise KeyboardInterrupt
+    monkeypatch.setattr(compiled.Flight, "advance", watched)
+    with pytest.raises(KeyboardInterrupt):
+        CompiledRun(loaded).run()
+    assert max(ends) <= 3 * compiled.LONGEST_CHUNK
