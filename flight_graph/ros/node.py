@@ -1,10 +1,10 @@
 """One component as a ROS 2 lifecycle node: ports, parameters, start-up, and the two paces of its loop."""
 
-import importlib.util
 import threading
 import time
 
 import rclpy
+from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 
@@ -12,7 +12,7 @@ from flight_graph.engines.single import SingleComponent
 from flight_graph.errors import FlightError, unknown
 from flight_graph.recordings.recording import formatted_payload
 from flight_graph.ros.parameters import ComponentParameters
-from flight_graph.ros.ports import InputPort, LoopOnly, OutputPort, RawPublisher
+from flight_graph.ros.ports import InputPort, LoopOnly, OutputPort, RawPublisher, is_importable
 from flight_graph.ros.progress import Progress, Watch
 from flight_graph.ros.settings import declare
 from flight_graph.ros.strangers import Strangers, misfits
@@ -42,13 +42,14 @@ class ComponentNode(LifecycleNode):
         self.parameters = ComponentParameters(self, component)
         self.parameters.record["period"] = self.settings.period_ns / SECOND
         group = LoopOnly()
-        self.inputs = {
-            port: InputPort(self, port, signal, self.settings.sources[port].topic, self.settings.epoch_ns, group)
-            for port, signal in component.inputs.items()}
-        self.outputs = {port: OutputPort(self, port, signal, signal.topic)
-                        for port, signal in component.outputs.items()}
+        try:
+            self._make_ports(component, group)
+        except (RuntimeError, ParameterException) as error:  # of parameters qos_overrides
+            raise FlightError(f"{self.get_name()}: {error}") from None
+        records = {port: self.inputs[port].record if port in self.inputs else signal.new()[1]
+                   for port, signal in component.inputs.items()}
         self.formatted = [(made, RawPublisher(self, made.topic, made.type_name, made.role.qos))
-                          for made in component.formatted if _importable(made.type_name)]
+                          for made in component.formatted if is_importable(made.type_name)]
         self.output_periods = {port: self.settings.output_period_ns(component, port) for port in self.outputs}
         self.progress = Progress(self, self.settings)
         self.watches = {other: Watch(self, other, group) for other in self.settings.wait_for}
@@ -62,13 +63,19 @@ class ComponentNode(LifecycleNode):
         self._thread = threading.Thread(target=self._serve, daemon=True)
         self._machine = SingleComponent(
             name, use, component, self.parameters.record, self.state,
-            {port: entry.record for port, entry in self.inputs.items()},
-            {port: entry.record for port, entry in self.outputs.items()}, self.output_periods, self.settings.epoch_ns,
-            self.settings.check_bounds)
+            records, {port: entry.record for port, entry in self.outputs.items()}, self.output_periods,
+            self.settings.epoch_ns, self.settings.check_bounds)
         self._thread.start()
         if autostart:
             self.trigger_configure()
             self.trigger_activate()
+
+    def _make_ports(self, component, group):
+        """Outputs first: who finds the inputs, and sends, will have found where the answers come from."""
+        self.outputs = {port: OutputPort(self, port, signal, signal.topic) for port, signal in component.outputs.items()}
+        self.inputs = {
+            port: InputPort(self, port, signal, self.settings.sources[port].topic, self.settings.epoch_ns, group)
+            for port, signal in component.inputs.items() if self.settings.sources[port].is_connected}
 
     # -- lifecycle -----------------------------------------------------------------------------------------------
     def on_activate(self, state):
@@ -213,7 +220,3 @@ class ComponentNode(LifecycleNode):
 def clock_payload(sec: int, nanosec: int) -> bytes:
     """A serialised rosgraph_msgs/Clock."""
     return ENCAPSULATION + sec.to_bytes(4, "little", signed=True) + nanosec.to_bytes(4, "little")
-
-
-def _importable(type_name):
-    return importlib.util.find_spec(type_name.split("/")[0]) is not None

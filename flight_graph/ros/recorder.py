@@ -13,14 +13,15 @@ from pathlib import Path
 from flight_graph.errors import FlightError
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.recording import RecordedTopic, RunBag, formatted_payload
-from flight_graph.ros.ports import LoopOnly, RawSubscription
+from flight_graph.ros.ports import LoopOnly, RawSubscription, is_importable
 from flight_graph.ros.progress import Progress
 from flight_graph.timebase import SECOND
-from msg_schemas.qos import RECORDER
+from msg_schemas.qos import RECORDER, Qos
 from msg_schemas.signal import SignalMismatch
 
 DRAIN_S = 0.02  # [s] a wake-up for every message would halve the speed of the graph
 HOLD_S = 0.05  # [s] realtime: a message waits for those of other topics with earlier stamps at most this long
+_EAR = Qos(depth=1, reliable=False)  # of topics that are listened to and not recorded
 QUIET_S = 0.3  # [s] after an interruption, messages on their way are waited for this long
 
 
@@ -83,7 +84,7 @@ class Recorder:
     def __init__(self, node, scenario: Scenario, bag: RunBag, settings, group):
         self.node, self.bag, self.settings = node, bag, settings
         end_ns = settings.duration_ns or scenario.duration_ns
-        self.streams, self._formatted = [], {}
+        self.streams, self.listeners, self._formatted = [], [], {}
         for topic in bag.topics:
             if topic.formatted is None:
                 self.streams.append(Stream(node, topic, scenario.epoch_ns, end_ns, group))
@@ -139,6 +140,7 @@ def run(node, scenario: Scenario, folder: Path, settings) -> dict:
     bag.writer.metadata("flight_graph.ros", {"domain_id": os.environ.get("ROS_DOMAIN_ID") or "0"})
     recorder = Recorder(node, scenario, bag, settings, LoopOnly())
     progress = Progress(node, settings)
+    recorder.listeners = _listeners(node, scenario, recorder.streams) if settings.supervised else []
     try:
         _wait_for_publishers(node, recorder, settings, progress)
         progress.tell(0)
@@ -163,6 +165,20 @@ def run(node, scenario: Scenario, folder: Path, settings) -> dict:
             f"{count} on {topic}" for topic, count in lost.items()))
     progress.tell(recorder.end_ns, now=True)
     return outcome
+
+
+def _listeners(node, scenario, streams) -> list[RawSubscription]:
+    """Ears for what a graph publishes for others alone, so that `ros2 doctor` finds no topic without a subscriber."""
+    graph, types = scenario.graph, {"/clock": "rosgraph_msgs/msg/Clock"}
+    for name, found in graph.nodes.items():
+        types[f"{name}/transition_event"] = "lifecycle_msgs/msg/TransitionEvent"
+        signals = [graph.signal(name, port) for port in found.component.outputs]
+        types |= {made.topic: made.type_name for made in [*signals, *found.component.formatted]}
+    for stream in streams:
+        types.pop(stream.topic.topic, None)
+    group = LoopOnly()
+    return [RawSubscription(node, topic, type_name, _EAR, group) for topic, type_name in types.items()
+            if is_importable(type_name)]
 
 
 def _wait_for_publishers(node, recorder, settings, progress):

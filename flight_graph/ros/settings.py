@@ -13,11 +13,12 @@ from flight_graph.timebase import J2000, SECOND, duration_ns, period_ns
 
 @dataclass
 class Source:
-    """Where an input comes from: topic, period of its messages (0: unknown), delay in firings (0 or 1)."""
+    """Where an input comes from: topic, period of its messages (0: unknown), delay in firings (0 or 1); or from nowhere."""
 
     topic: str
     period_ns: int = 0
     delay: int = 0
+    is_connected: bool = True  # False: the graph leaves this input open, and it stays zero
 
     def expected_ns(self, t_ns: int) -> int | None:
         """Stamp of the message that belongs to a firing at t: None when there is none yet, or no rate is known."""
@@ -90,7 +91,8 @@ def declare(node, component) -> Settings:
         settings.sources[port] = Source(
             get(f"inputs.{port}.topic", signal.topic, "topic of this input"),
             int(get(f"inputs.{port}.period_ns", 0, "period of its messages [ns]; 0: take the newest")),
-            int(get(f"inputs.{port}.delay", 0, "0: the message of this stamp; 1: the one before")))
+            int(get(f"inputs.{port}.delay", 0, "0: the message of this stamp; 1: the one before")),
+            is_connected=not settings.supervised or f"graph.inputs.{port}.topic" in node._parameter_overrides)
     for port in component.outputs:
         settings.subscribers[port] = int(get(f"outputs.{port}.subscribers", 0, "readers to wait for at the start"))
     return settings

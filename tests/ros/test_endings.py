@@ -6,6 +6,7 @@ import re
 import signal
 
 import pytest
+import rclpy
 import yaml
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
@@ -227,3 +228,19 @@ def test_the_initial_error_outside_the_funnel_is_refused_or_rearmed(tmp_path):
                   "--json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert '"rearmed": 1.0' in done.stdout
+
+
+def test_every_topic_of_a_run_has_both_ends(tmp_path):
+    """What `ros2 doctor` warns of: a topic without a subscriber, or without a publisher (an input that is left open)."""
+    run = ("run", "cubli_asteroid", "--engine", "ros", "--duration", 10_000, "--out", tmp_path / "bag")
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    node = rclpy.create_node("doctor", context=context)
+    with running(*run, cwd=tmp_path) as process:
+        recorded(tmp_path / "bag")
+        topics = {name for name, _ in node.get_topic_names_and_types()} - {"/parameter_events", "/rosout"}
+        lonely = {name for name in topics if not (node.count_publishers(name) and node.count_subscribers(name))}
+        finish(process)
+    node.destroy_node()
+    context.try_shutdown()
+    assert {"/clock", "/plant/transition_event", "/cubli/truth", "/imu/progress"} <= topics and not lonely

@@ -267,6 +267,8 @@ def test_a_second_plant_on_the_same_topics_is_refused(client, tmp_path):
     ("rate_hz:=30.0", ("30", "25 or 32")),
     ("graph.pace:=warp", ("pace", "lockstep or realtime")),
     ("feed_forward:=.nan", ("feed_forward", "finite")),
+    ("qos_overrides./cubli/attitude.subscription.reliability:=good", ("reliability", "good")),
+    ("qos_overrides./cubli/attitude.subscription.depth:=deep", ("qos_overrides./cubli/attitude.subscription.depth",)),
 ])
 def test_wrong_settings_of_a_node_read_as_sentences(tmp_path, setting, parts):
     done = flight(*CONTROLLER, "--ros-args", "-p", setting, cwd=tmp_path)
