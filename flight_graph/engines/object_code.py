@@ -190,9 +190,9 @@ def installed():
 
 
 def _forget(which):
-    """Take compiled forms out of all kernels."""
+    """Take compiled forms out of all kernels (among the objects are proxies of dead ones, which answer no isinstance)."""
     for found in gc.get_objects():
-        if isinstance(found, Dispatcher) and any(which(result) for result in found.overloads.values()):
+        if issubclass(type(found), Dispatcher) and any(which(result) for result in found.overloads.values()):
             kept = [result for result in found.overloads.values() if not which(result)]
             found._reset_overloads()
             found.overloads.clear()

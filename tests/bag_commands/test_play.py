@@ -119,7 +119,7 @@ def test_names_and_profiles_of_ones_own(tmp_path):
     found = Schedule.of(path, topics=["plain"], overrides=overrides).profiles["plain"]
     assert (found.reliable, found.transient_local, found.depth) == (False, True, 3)
     for content, sentence in (("/plain: {reliable: true}", "no setting called 'reliable'"), ("[1]", "needed is topic"),
-                              ("/plain: {reliability: sure}", "allowed: reliable or best_effort"), ("{", "read as YAML"),
+                              ("/plain: {reliability: sure}", "allowed: reliable or best_effort"), ("{", "this is no YAML"),
                               ("/plain: {depth: 0}", "a whole number from 1"), ("/none: {}", "no topic called")):
         overrides.write_text(content)
         with pytest.raises(FlightError, match=sentence):
