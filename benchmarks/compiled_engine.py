@@ -27,12 +27,17 @@ SCENARIOS = ("cubli_asteroid", "cubli_asteroid_paper", "spacerobot_harmonic_rls"
 LOAD = """
 import json, sys, time
 began = time.perf_counter()
-from flight_graph.graphs.scenario import available, load
-from flight_graph.engines.compiled import CompiledRun
-from flight_graph.recordings.recording import write_recording
+try:  # where the modules stood before they had rooms
+    from flight_graph.scenario import available, load
+    from flight_graph.compiled import CompiledRun
+    from flight_graph.recording import write_recording
+except ImportError:
+    from flight_graph.graphs.scenario import available, load
+    from flight_graph.engines.compiled import CompiledRun
+    from flight_graph.recordings.recording import write_recording
 """
 COLD = LOAD + """
-scenarios = [load(name) for name in sys.argv[1:]] if sys.argv[1:] else [load(name) for name in available()]
+scenarios = [load(name) for name in sys.argv[1:] or available()]
 for scenario in scenarios:
     CompiledRun(scenario).compile()
 print(json.dumps({"wall_s": time.perf_counter() - began}))

@@ -84,7 +84,7 @@ def machines(root: Path) -> tuple[list[Machine], str | None]:
 
 def run_tests(machine: Machine) -> bool:
     """The tests of this folder there."""
-    process = machine.start("-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", "-n0", "--timeout", "0",
+    process = machine.start("-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", "--timeout", "0",
                             "tests/portable")
     lines = process.communicate()[0].splitlines()
     print(*(lines[-1:] if process.returncode == 0 else lines), sep="\n", flush=True)
