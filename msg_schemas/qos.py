@@ -1,7 +1,7 @@
 """Quality of service by role, in one table.
 
 Depths are such that lockstep cannot overflow a reader: the clock master never runs more than `WINDOW` ticks ahead of the
-slowest node (see the ros executor), and a stream keeps more than that.
+slowest node (see the ros engine), and a stream keeps more than that.
 """
 
 from dataclasses import dataclass

@@ -1,6 +1,6 @@
 """The byte loops of the bags, compiled: walking over MCAP records, gathering and scattering rows.
 
-These are no component kernels: they hold no arithmetic that could differ between executors, and are cached on disk.
+These are no component kernels: they hold no arithmetic that could differ between engines, and are cached on disk.
 """
 
 import numba

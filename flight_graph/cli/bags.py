@@ -13,7 +13,7 @@ from flight_graph.cli.trust import Trust, asked
 from flight_graph.errors import FlightError, unknown
 from flight_graph.text_files import printable
 
-BagPath = Annotated[Path, typer.Argument(help="A bag: its folder, or an .mcap file.")]
+BagPath = Annotated[Path, typer.Argument(help="A bag: its folder, or an .mcap or .db3 file.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 Topics = Annotated[list[str] | None, typer.Option(
     "--topics", help="Only these topics: a name, or several with commas; may be repeated.")]

@@ -1,4 +1,4 @@
-"""What a component is: a kernel over records, and the declarations a person and an executor need.
+"""What a component is: a kernel over records, and the declarations a person and an engine need.
 
 A component is a class that is never instantiated. One of two forms:
 
@@ -10,7 +10,7 @@ A part made with `flight_math.kernel` gets views of its records: fields read and
 that would take more than seven arguments is written ``kernel(t_ns, p, x, inputs, outputs)``,
 ``output(t_ns, p, x, outputs)``, ``update(t_ns, p, x, inputs)``: named tuples of views, ``inputs.odometry``.
 
-``start(parameters, state)`` prepares the state once. ``t_ns`` counts from the start of the run. The executor stamps every
+``start(parameters, state)`` prepares the state once. ``t_ns`` counts from the start of the run. The engine stamps every
 output before the kernel runs, so ``same_stamp(input.header.stamp, output.header.stamp)`` tells whether an input is new.
 An input that never arrived is zero, stamp included.
 """
@@ -49,7 +49,7 @@ def kinds_of(signal: Signal) -> Kinds:
 
 @dataclass(frozen=True)
 class Formatted:
-    """A message without a fixed layout, made from an output's record by one function for every executor.
+    """A message without a fixed layout, made from an output's record by one function for every engine.
 
     function(record) takes the output's record (fields by attribute) and returns the message as an object of the type store
     (msg_schemas.definitions.TYPESTORE).
@@ -108,7 +108,7 @@ class Component:
     def tables(cls, values: dict) -> dict[str, np.ndarray]:
         """State entries that are filled before `start` from the resolved parameters: name -> array of its shape.
 
-        Plain Python, run by every executor: for what a parameter cannot hold, as the mesh of a body. An entry has a
+        Plain Python, run by every engine: for what a parameter cannot hold, as the mesh of a body. An entry has a
         fixed capacity; how much of it is used is an entry of its own. A parameter set later does not change them.
         """
         return {}

@@ -240,7 +240,7 @@ class Parameters(Record):
 
 class State(Record):
     """Memory of a component between firings. ``fault`` (0: none) is always there: a kernel that cannot go on sets it
-    to a code of the component's ``faults``, and the executor stops the run with that sentence."""
+    to a code of the component's ``faults``, and the engine stops the run with that sentence."""
 
     RESERVED = (("fault", "<i8"),)
 

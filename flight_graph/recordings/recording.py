@@ -54,7 +54,7 @@ def recorded_topics(scenario: Scenario) -> list[RecordedTopic]:
 
 
 def formatted_payload(made: Formatted, record: np.ndarray) -> bytes:
-    """The serialised form of a formatted message, from a (1,) record array; the same in every executor."""
+    """The serialised form of a formatted message, from a (1,) record array; the same in every engine."""
     return bytes(TYPESTORE.serialize_cdr(made.function(record.view(np.recarray)[0]), made.type_name))
 
 

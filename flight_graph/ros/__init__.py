@@ -1,4 +1,4 @@
-"""The ros executor: every component as one lifecycle node in its own process, joined by stamps.
+"""The ros engine: every component as one lifecycle node in its own process, joined by stamps.
 
 Only this package imports rclpy.
 """

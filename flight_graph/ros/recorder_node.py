@@ -89,7 +89,7 @@ def main(arguments: list[str], announce=None) -> int:
     """The executable ``recorder``: records the topics of a scenario file until they are complete or it is ended."""
     if "-h" in arguments or "--help" in arguments:
         print("recorder: records the topics of a scenario to MCAP\n\n"
-              "usage: ros2 run sim_nodes recorder --ros-args -p scenario:=cubli_asteroid -p out:=FOLDER")
+              "usage: flight node sim_nodes/recorder --ros-args -p scenario:=cubli_asteroid -p out:=FOLDER")
         return 0
     prepare_environment()
     leaving.keep_imports()

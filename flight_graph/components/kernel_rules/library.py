@@ -75,8 +75,8 @@ def method_refusal(written: str, method: str) -> str | None:
 
 
 def libm_operator(sign: str) -> str:
-    return (f"{sign} calls the C library's pow, whose bits differ between machines; write x * x, or "
-            "exp(y * log(x)) with exp and log from flight_math")
+    return (f"{sign} calls the C library's pow, whose bits differ between machines; write x * x, or power(x, y) from "
+            "flight_math")
 
 
 def _of_builtins(name, written):
@@ -120,7 +120,7 @@ def _of_numpy(module, name, written):
     if name in _ALLOCATION:
         return f"{written} allocates memory, which no kernel may; {instead or f'write {SCRATCH}'}"
     if name in _REDUCTION:
-        return (f"{written} reduces an array in an order of NumPy's own; "
+        return (f"{written} works through an array in an order of NumPy's own; "
                 + (instead or "write a loop, or a function of flight_math"))
     if name in NUMPY:
         return None
