@@ -17,11 +17,13 @@ _STORAGES = ("mcap", "sqlite3", "", None)  # `ros2 bag reindex` of Humble leaves
 
 @dataclass(frozen=True)
 class Source:
-    """files: of the bag, in its order. description: content of metadata.yaml, or None. remarks: for a person."""
+    """files: of the bag, in its order. description: content of metadata.yaml, or None. remarks: for a person.
+    fault: what is wrong with metadata.yaml."""
 
     files: list[Path]
     description: dict | None = None
     remarks: list[str] = field(default_factory=list)
+    fault: str = ""  # of metadata.yaml
 
 
 def find_files(path: Path) -> Source:
@@ -40,11 +42,21 @@ def find_files(path: Path) -> Source:
     try:
         description = read_description(path)
     except ValueError as error:
-        raise Damage(str(error)) from None
+        return _without(path, str(error))
+    if not description["relative_file_paths"]:
+        return _without(path, f"{FILE_NAME} names no file")
     storage = description.get("storage_identifier")
     if storage not in _STORAGES:
         raise BagError(f"bag '{path}': {FILE_NAME} names the storage '{storage}'; mcap and sqlite3 are read")
     return Source(_named(path, description), description)
+
+
+def _without(path, fault):
+    """What stands beside a metadata.yaml that says nothing."""
+    files = in_folder(path)
+    if not files:
+        raise Damage(fault)
+    return Source(files, None, [f"{path}: {fault}; all files were read, in the order of their names"], fault)
 
 
 def in_folder(path: Path) -> list[Path]:
@@ -58,22 +70,24 @@ def in_folder(path: Path) -> list[Path]:
 def _named(path, description):
     """The files that metadata.yaml names; older ones are named with their folder, or without the ending of compression."""
     files = []
-    for name in description["relative_file_paths"]:
-        file = path / Path(str(name).replace("\\", "/")).name
+    for name in dict.fromkeys(map(str, description["relative_file_paths"])):
+        file = path / Path(name.replace("\\", "/")).name
         packed = file.with_name(file.name + ".zstd")
         files.append(packed if not file.exists() and packed.exists() else file)
     missing = [file.name for file in files if not file.exists()]
-    if missing or not files:
-        raise Damage(f"its file {missing[0]} is missing" if missing else f"{FILE_NAME} names no file")
+    if missing:
+        raise Damage(f"its file {missing[0]} is missing")
     return files
 
 
 def check_description(source: Source, contents: list) -> list[str]:
     """Compare metadata.yaml, which has no checksum, with the files. Returns remarks. Raises Damage for our own bags."""
     description = source.description
+    ours = contents[0].library == LIBRARY
+    if source.fault and ours:
+        raise Damage(source.fault)
     if description is None:
         return []
-    ours = contents[0].library == LIBRARY
     for record in contents[0].metadata:
         if record.name == "rosbag2" and ours and from_yaml(record.metadata["serialized_metadata"]) != description:
             raise Damage(f"{FILE_NAME} differs from the copy inside {source.files[0].name}")

@@ -83,6 +83,10 @@ def _parsed(type_name, text, encoding):
 
 
 def _idl(body):
+    """The types of an .idl text. An enumeration travels as its number."""
+    body = re.sub(r"^[ \t]*#.*$", "", body, flags=re.M)  # lines for a preprocessor
+    body = re.sub(rf"\bconst\s+{WIDE}(\s+\w+\s*=\s*)L?\"", r'const string\1"', body)
+    body = re.sub(r"\benum\s+(\w+)\s*\{[^{}]*\}", r"typedef uint32 \1", body)
     return get_types_from_idl(re.sub(rf"\b{WIDE}\b(?:[ \t]*<[^>]*>)?", _STAND_IN.replace("/", "::"), body))
 
 

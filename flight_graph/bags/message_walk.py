@@ -1,9 +1,9 @@
 """Walking over message records whose bytes no checksum covers: where the walk goes wrong, and where it can go on.
 
 A record is believed when its type is one that may stand here, and its channel and time are possible (a channel whose own
-declaration was hit counts as possible when its number is near the declared ones). Where
-one is not, the walk goes on at the next place that begins a chain of believable records. The message in front of the break
-may be the one whose length is wrong: it is dropped when no other message of its channel has its size.
+declaration was hit counts as possible when its number is near the declared ones). Where one is not, the walk goes on at the
+next place that begins a chain of believable records. The message in front of the break may be the one that is hit: it is
+dropped when no other message of its channel has its size, or when it is older than all before it.
 """
 
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ class Stretch:
 
 def stretches(data: np.ndarray, channels: set):
     """Yield the believable stretches of a chunk's content. channels: the ids that are declared; empty: not known yet."""
-    position, end, sizes = 0, len(data), {}
+    position, end, sizes, earliest = 0, len(data), {}, None
     while position < end:
         opcodes, starts, stops, last = list_records(data, position, end)
         good = _believable(data, opcodes, starts, stops, channels)
@@ -41,10 +41,13 @@ def stretches(data: np.ndarray, channels: set):
         resume = (int(starts[count]) - RECORD_HEAD if count < len(good) else last) + 1
         if broken and count and opcodes[count - 1] == MESSAGE:
             _note(sizes, data, opcodes[:count - 1], starts[:count - 1], stops[:count - 1])
-            if not is_usual(sizes, data, int(starts[count - 1]), int(stops[count - 1])):
+            earliest = _earliest(earliest, data, opcodes[:count - 1], starts[:count - 1])
+            last = int(starts[count - 1])
+            if not is_usual(sizes, data, last, int(stops[count - 1])) or is_older(data, last, earliest):
                 count -= 1
                 resume = int(starts[count]) + MESSAGE_HEAD
         _note(sizes, data, opcodes[:count], starts[:count], stops[:count])
+        earliest = _earliest(earliest, data, opcodes[:count], starts[:count])
         yield Stretch(opcodes[:count], starts[:count], stops[:count], broken)
         if not broken:
             return
@@ -81,6 +84,19 @@ def is_usual(sizes: dict, data: np.ndarray, start: int, stop: int) -> bool:
     """Whether another message of this one's channel has its size, or none is known. sizes: channel -> set of sizes."""
     channel = int.from_bytes(data[start:start + 2].tobytes(), "little")
     return stop - start in sizes.get(channel, {stop - start})
+
+
+def is_older(data: np.ndarray, start: int, earliest: int | None) -> bool:
+    """Whether a message is older than the earliest of the others [ns]; not where there is none."""
+    return earliest is not None and int.from_bytes(data[start + 6:start + 14].tobytes(), "little") < earliest
+
+
+def _earliest(known, data, opcodes, starts):
+    chosen = opcodes == MESSAGE
+    if not chosen.any():
+        return known
+    found = int(message_field(data, starts[chosen], "log_time").min())
+    return found if known is None else min(known, found)
 
 
 def next_record(data: np.ndarray, position: int, end: int, channels: set, allowed: tuple) -> int:

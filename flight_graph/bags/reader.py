@@ -23,6 +23,7 @@ from flight_graph.bags.files import check_description, find_files
 from flight_graph.bags.layout import Layout, Misfit, Ragged, fixed_layout
 from flight_graph.bags.mcap_records import Damage
 from flight_graph.bags.message_types import field_trees
+from flight_graph.bags.packed_messages import unpack_messages
 from flight_graph.bags.payloads import Payloads
 from flight_graph.bags.sqlite import read_sqlite
 from flight_graph.bags.topics import TopicInfo, list_topics
@@ -36,7 +37,11 @@ def read_bag(path) -> "Bag":
     try:
         source = find_files(path)
         contents = [read_sqlite(file) if is_sqlite(file) else read_mcap(file) for file in source.files]
-        return Bag(path, contents, source.remarks + check_description(source, contents))
+        if str((source.description or {}).get("compression_mode")).lower() == "message":
+            for part in contents:
+                unpack_messages(part)
+        remarks = [remark for part in contents for remark in part.remarks]
+        return Bag(path, contents, source.remarks + remarks + check_description(source, contents))
     except FileNotFoundError as error:
         raise BagError(f"there is no bag at '{path}' ({Path(error.filename or path).name} is missing)") from None
     except OSError as error:

@@ -18,6 +18,7 @@ from flight_graph.bags.file_kinds import is_sqlite, refuse_other_kind
 from flight_graph.bags.journal import is_live, read_journal
 from flight_graph.bags.mcap_file import LIBRARY, MAGIC
 from flight_graph.bags.mcap_records import Damage
+from flight_graph.bags.packed_messages import unpacked
 from flight_graph.bags.salvage import Salvage, salvage_file
 from flight_graph.bags.writer import BagWriter
 from msg_schemas.definitions import TYPESTORE, definition
@@ -46,7 +47,8 @@ class Gap:
         return None if None in (self.start_ns, self.end_ns) else (self.end_ns - self.start_ns) / 1e9
 
     def __str__(self):
-        place = "at the beginning" if self.start_ns is None else f"after {self.start_ns / 1e9:.9f} s"
+        place = "at the beginning" if self.start_ns is None else (
+            f"after {self.start_ns // 10**9}.{self.start_ns % 10**9:09d} s")
         return f"lost {place}: " + ("how much cannot be known" if self.seconds is None else f"{self.seconds:.9f} s")
 
 
@@ -91,8 +93,10 @@ def recover(path, out) -> RecoveryReport:
         report.remarks += part.remarks
     with BagWriter(out) as writer:
         channels = _add_channels(writer, parts, report)
+        before = None, False
         for number, part in enumerate(parts):
-            _write_messages(writer, part, {key[1]: topic for key, topic in channels.items() if key[0] == number}, report)
+            topics = {key[1]: topic for key, topic in channels.items() if key[0] == number}
+            before = _write_messages(writer, part, topics, report, before)
             for record in part.attachments:
                 writer.attach(record.name, record.media_type, record.data)
                 report.attachments.append(record.name)
@@ -100,6 +104,8 @@ def recover(path, out) -> RecoveryReport:
                 if record.name != "rosbag2":
                     writer.metadata(record.name, record.metadata)
                     report.metadata.append(record.name)
+        if before[1]:
+            report.gaps.append(Gap(before[0], None))
         _count(report, parts, channels)
         writer.metadata("recovered", {"source": path.name, "report": str(report)})
     return report
@@ -111,19 +117,39 @@ def _salvage_all(path):
     if is_live(path):
         raise BagError(f"bag '{path}' is still being recorded; stop the recorder first")
     files = sorted([*path.glob("*.mcap"), *path.glob("*.mcap.zstd")], key=lambda file: (len(file.name), file.name))
+    named, compressed = [], False
     if (path / FILE_NAME).exists():
         try:
-            named = [path / Path(str(name)).name for name in read_description(path)["relative_file_paths"]]
-            files = [file for file in named if file in files] + [file for file in files if file not in named]
+            description = read_description(path)
+            compressed = str(description.get("compression_mode")).lower() == "message"
+            named = [path / Path(str(name)).name for name in description["relative_file_paths"]]
+            packed = {file.with_suffix(""): file for file in files if file.suffix == ".zstd"}
+            named = [packed.get(file, file) if file not in files else file for file in dict.fromkeys(named)]
         except ValueError:
             pass
     if not files:
         raise BagError(f"'{path}' holds no .mcap file")
-    parts = [_salvage(file) for file in files]
+    files = named + [file for file in files if file not in named]
+    parts = [_salvage(file) if len(files) == 1 else _salvage_one_of_many(file) for file in files]
+    for part in parts:
+        part.packed = compressed
     ordinal, content = read_journal(path)
     if ordinal >= parts[-1].chunks:
         parts[-1].add_last(content)
     return parts
+
+
+def _salvage_one_of_many(file):
+    """A file of a bag of several: one that holds nothing hides no other."""
+    try:
+        if file.exists():
+            return _salvage(file)
+        reason = f"its file {file.name} is missing"
+    except BagError as error:
+        reason = str(error)
+    part = Salvage()
+    part.lose(reason)
+    return part
 
 
 def _salvage(file):
@@ -180,11 +206,15 @@ def _trusted(part: Salvage, channel, schema):
     return part.declared[type(channel), channel.id][0] and part.declared[type(schema), schema.id][0]
 
 
-def _write_messages(writer, part, channels, report):
-    """Write the messages of a file, and note its gaps. channels: id -> topic of the new bag."""
+def _write_messages(writer, part, channels, report, before):
+    """Write the messages of a file, and note its gaps. channels: id -> topic of the new bag.
+
+    before: (last stamp [ns] or None, whether messages are missing behind it) of the files before; returns that of this one.
+    """
     statistics, undeclared = part.statistics, set()
-    last_ns = statistics.message_start_time if statistics is not None else None
-    in_gap = False
+    last_ns, in_gap = before
+    if last_ns is None and statistics is not None:
+        last_ns = statistics.message_start_time
     for block in part.blocks:
         if block is None:
             in_gap = True
@@ -197,14 +227,22 @@ def _write_messages(writer, part, channels, report):
                      ("channel", "sequence", "log_time", "publish_time", "start", "stop")))
         for channel, sequence, log_time, publish_time, start, stop in rows:
             if channel in channels:
-                writer.write_sequenced(channels[channel], sequence, log_time, publish_time, block.content[start:stop])
+                payload = block.content[start:stop]
+                try:
+                    payload = unpacked(payload) if part.packed else payload
+                except Damage as damage:
+                    report.remarks.append(f"topic '{channels[channel].name}', {log_time} ns: {damage}; it is left out")
+                    continue
+                writer.write_sequenced(channels[channel], sequence, log_time, publish_time, payload)
             else:
                 undeclared.add(channel)
         last_ns = max(last_ns or 0, int(block.log_time.max()))
-    if in_gap:
-        report.gaps.append(Gap(last_ns, max(last_ns, statistics.message_end_time) if statistics is not None else None))
+    if in_gap and statistics is not None:
+        report.gaps.append(Gap(last_ns, max(last_ns, statistics.message_end_time)))
+        in_gap = False
     for channel in sorted(undeclared):
         report.remarks.append(f"messages of channel {channel} are left out: its declaration is lost")
+    return last_ns, in_gap
 
 
 def _count(report, parts, channels):

@@ -23,7 +23,7 @@ from flight_graph.bags.mcap_records import (
     message_field,
     parse,
 )
-from flight_graph.bags.message_walk import IN_FILE, highest, next_record, stretches
+from flight_graph.bags.message_walk import IN_FILE, highest, is_older, next_record, stretches
 
 _DECLARATIONS = {Opcode.SCHEMA: records.Schema, Opcode.CHANNEL: records.Channel}
 _RESUME = (Opcode.CHUNK, Opcode.MESSAGE_INDEX, Opcode.ATTACHMENT, Opcode.METADATA, Opcode.DATA_END)
@@ -57,6 +57,9 @@ class Salvage:
     remarks: list = field(default_factory=list)
     sizes: dict = field(default_factory=dict)  # channel -> how often each size of record was met outside of chunks
     last_message: int | None = None  # where the content of the last of these begins
+    last_time: int | None = None  # its time [ns]
+    earliest: int | None = None  # that of the earliest of these before the last
+    packed: bool = False  # each message is compressed on its own
     corrupted: bool = False  # bytes differ from what was written; False where the file only ends early
 
     @property
@@ -110,6 +113,11 @@ class Salvage:
         for i in np.flatnonzero(np.isin(opcodes, list(_DECLARATIONS))):
             self.declare(_DECLARATIONS[opcodes[i]], content[starts[i]:stops[i]], trusted)
         chosen = (opcodes == MESSAGE) & (stops - starts >= MESSAGE_HEAD)
+        possible = np.ones(len(starts), bool)
+        possible[chosen] = (message_field(data, starts[chosen], "log_time") >> np.uint64(63)) == 0
+        if not possible.all():
+            self.lose(f"{np.count_nonzero(~possible)} messages of an impossible time are left out")
+        chosen &= possible
         if chosen.any():
             heads = {name: message_field(data, starts[chosen], name)
                      for name in ("channel", "sequence", "log_time", "publish_time")}
@@ -122,7 +130,8 @@ class Salvage:
         if stop - start < MESSAGE_HEAD or head[13] >= 0x80 or channel > highest(set(self.channels)):
             return False
         self.sizes.setdefault(channel, Counter())[stop - start] += 1
-        self.last_message = start
+        self.earliest = min((time for time in (self.earliest, self.last_time) if time is not None), default=None)
+        self.last_message, self.last_time = start, int.from_bytes(head[6:14].tobytes(), "little")
         place = np.array([start])
         heads = {name: message_field(data, place, name) for name in ("channel", "sequence", "log_time", "publish_time")}
         content = data[start + MESSAGE_HEAD:stop].tobytes()
@@ -130,7 +139,8 @@ class Salvage:
         return True
 
     def drop_doubtful(self, data: np.ndarray, position: int) -> int | None:
-        """Take back the message that ends at ``position``, where something is broken, if no other has its size.
+        """Take back the message that ends at ``position``, where something is broken, if no other has its size, or if all
+        others are younger.
 
         Returns where its payload begins; None where it may stay.
         """
@@ -139,10 +149,12 @@ class Salvage:
             return None
         size = int.from_bytes(data[start - 8:start].tobytes(), "little")
         sizes = self.sizes[int.from_bytes(data[start:start + 2].tobytes(), "little")]
-        if start + size != position or sizes[size] > 1 or len(sizes) == 1:
+        odd = sizes[size] == 1 and len(sizes) > 1
+        if start + size != position or not (odd or is_older(data, start, self.earliest)):
             return None
         self.blocks.pop()
-        del sizes[size]
+        self.last_time = None
+        sizes -= Counter({size: 1})
         return start + MESSAGE_HEAD
 
 
@@ -176,9 +188,7 @@ def _take_record(found, data, position):
     start = position + 9
     stop = start + int.from_bytes(data[position + 1:start].tobytes(), "little")
     if stop > len(data):
-        if opcode == Opcode.CHUNK:
-            _take_cut_chunk(found, data, start)
-        return None
+        return _take_cut_chunk(found, data, start) if opcode == Opcode.CHUNK else None
     if opcode == Opcode.CHUNK:
         return _take_chunk(found, data, start, stop)
     content = data[start:stop].tobytes()
@@ -225,10 +235,15 @@ def _take_chunk(found, data, start, stop):
 
 
 def _take_cut_chunk(found, data, start):
-    """An uncompressed chunk that the end of the file cuts: its whole records are still there."""
+    """An uncompressed chunk that the end of the file cuts: its whole records are still there. Return where they end."""
     head = data[start:start + 40].tobytes()
-    if len(head) == 40 and head[28:32] == bytes(4) and int.from_bytes(head[32:], "little") > len(data) - start - 40:
-        found.add_records(data[start + 40:].tobytes(), trusted=False)
+    if len(head) < 40 or head[28:32] != bytes(4) or int.from_bytes(head[32:], "little") <= len(data) - start - 40:
+        return None
+    end = _next_checked_record(data, start + 40)
+    found.add_records(data[start + 40:end].tobytes(), trusted=False)
+    if end < len(data):
+        found.lose(f"the chunk at byte {start - 9} has a wrong length")
+    return end
 
 
 def _fits(data, position):
@@ -272,18 +287,21 @@ def _next_checked_record(data, position):
 
 
 def _read_summary(found, data):
-    """Take schemas, channels and counts from the summary, where its checksum holds."""
+    """Take schemas, channels and counts from the summary, where its checksum holds; without one, the declarations."""
     tail = data[-37:].tobytes()
     if len(data) < 45 or tail[-8:] != MAGIC or tail[:9] != bytes([Opcode.FOOTER, 20]) + bytes(7):
         return
     footer = parse(records.Footer, tail[9:29])
-    if not 0 < footer.summary_start <= len(data) - 37 or not footer.summary_crc:
+    if not 0 < footer.summary_start <= len(data) - 37:
         return
-    if zlib.crc32(data[footer.summary_start:len(data) - 12]) != footer.summary_crc:
+    trusted = footer.summary_crc != 0
+    if trusted and zlib.crc32(data[footer.summary_start:len(data) - 12]) != footer.summary_crc:
         return
-    opcodes, starts, stops, _ = list_records(data, footer.summary_start, len(data) - 37)
+    opcodes, starts, stops, end = list_records(data, footer.summary_start, len(data) - 37)
+    if not trusted and (end != len(data) - 37 or (opcodes == 0).any()):
+        return
     for opcode, start, stop in zip(opcodes, starts, stops):
         if opcode in _DECLARATIONS:
-            found.declare(_DECLARATIONS[opcode], data[start:stop].tobytes(), trusted=True)
-        elif opcode == Opcode.STATISTICS:
+            found.declare(_DECLARATIONS[opcode], data[start:stop].tobytes(), trusted)
+        elif opcode == Opcode.STATISTICS and trusted:
             found.statistics = parse(records.Statistics, data[start:stop].tobytes())

@@ -17,13 +17,15 @@ from mcap import records
 from flight_graph.bags.blocks import Block
 from flight_graph.bags.byte_kernels import MESSAGE, MESSAGE_HEAD
 from flight_graph.bags.errors import BagError
-from flight_graph.bags.file_content import unpack, unpack_message
-from flight_graph.bags.mcap_records import Damage, list_records
-from flight_graph.bags.verify import McapContents, joined_tables, message_table
+from flight_graph.bags.file_content import unpack
+from flight_graph.bags.mcap_records import Damage
+from flight_graph.bags.packed_messages import tables_of, unpacked
+from flight_graph.bags.verify import McapContents
 
 _ROWS = 2000  # a block
 _HEAD = struct.Struct("<BQHIQQ")
-_ZSTD = b"\x28\xb5\x2f\xfd"  # its first bytes
+_SOUND = ("typeof(topic_id) = 'integer' and typeof(timestamp) = 'integer' and timestamp >= 0 and typeof(data) = 'blob' "
+          "and topic_id in (select id from topics)")
 
 
 def read_sqlite(path: Path) -> McapContents:
@@ -54,23 +56,15 @@ def _read(path):
         if any(not 0 <= key < 1 << 16 for key in contents.channels):
             raise Damage("a topic has an impossible number")
         _check_table(database, "messages", ("id", "topic_id", "timestamp", "data"))
-        ids = np.array([row[0] for row in database.execute("select id from messages order by id")], np.int64)
+        rows = database.execute(f"select id from messages where {_SOUND} order by id")
+        ids = np.array([row[0] for row in rows], np.int64)
+        count = database.execute("select count(*) from messages").fetchone()[0]
+        if count > len(ids):
+            contents.remarks.append(f"{path.name}: {count - len(ids)} messages have no topic, no time or no content, and "
+                                    "are left out")
     contents.blocks = [_block(path, ids[begin:begin + _ROWS]) for begin in range(0, len(ids), _ROWS)]
-    contents.messages, contents.room = _messages(contents)
-    unknown = set(np.unique(contents.messages.channel).tolist()) - set(contents.channels)
-    if unknown:
-        raise Damage(f"it holds messages of a topic {unknown.pop()} that it does not declare")
+    contents.messages, contents.room = tables_of(contents.blocks)
     return contents
-
-
-def _messages(contents):
-    tables, room = [], 0
-    for block in contents.blocks:
-        content = block.load(False)
-        opcodes, starts, stops, _ = list_records(content, 0, len(content))
-        tables.append(message_table(content, starts, stops))
-        room += len(content)
-    return joined_tables(tables), room
 
 
 def _block(path, ids):
@@ -78,19 +72,16 @@ def _block(path, ids):
 
     def load(_):
         with _opened(path) as database:
-            rows = database.execute("select topic_id, timestamp, data from messages where id between ? and ? order by id",
-                                    (first, last))
+            rows = database.execute("select topic_id, timestamp, data from messages where id between ? and ? "
+                                    f"and {_SOUND} order by id", (first, last))
             return np.frombuffer(b"".join(_record(*row) for row in rows), np.uint8)
 
     return Block(load)
 
 
 def _record(topic, stamp_ns, data):
-    """A row as an MCAP message record; one of a bag with message compression is unpacked (no CDR begins so)."""
-    if isinstance(data, bytes) and data.startswith(_ZSTD):
-        data = unpack_message(data)
-    if not isinstance(stamp_ns, int) or not isinstance(topic, int) or stamp_ns < 0 or not isinstance(data, bytes):
-        raise Damage("a message has no time, topic or content")
+    """A row as an MCAP message record; one of a bag with message compression is unpacked."""
+    data = unpacked(data)
     return _HEAD.pack(MESSAGE, MESSAGE_HEAD + len(data), topic, 0, stamp_ns, stamp_ns) + data
 
 

@@ -53,6 +53,7 @@ class McapContents:
     room: int = 0  # [bytes] of all messages
     expected: dict = field(default_factory=dict)  # channel id -> messages, as the summary counts them
     kept: dict = field(default_factory=dict)  # topic -> Payloads
+    remarks: list = field(default_factory=list)  # sentences for a person
     holder: object = None  # of a folder that must stay as long as this does
 
     def sequences(self, numbers: np.ndarray) -> np.ndarray:

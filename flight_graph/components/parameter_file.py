@@ -5,7 +5,8 @@
 
 A section's name is matched as rcl does it: ``*`` stands for one part of a node's full name, ``**`` for any number of them.
 A node is meant by its name in the scenario or by the executable that it is; a section without a namespace means it in any.
-A section of wildcards alone sets each parameter where there is one of that name.
+Sections may stand in each other, a namespace around its nodes. A section of wildcards alone sets each parameter where there
+is one of that name.
 """
 
 import re
@@ -17,7 +18,7 @@ from flight_graph.components import registry
 from flight_graph.errors import FlightError, unknown
 
 _ALSO = ("rate_hz",)  # keys of a component besides its parameters
-_OF_EVERY_NODE = ("use_sim_time",)  # what files for ROS set and a scenario has no need of
+_OF_EVERY_NODE = ("use_sim_time", "qos_overrides")  # what files for ROS set and a scenario has no need of
 
 
 def overrides(path: Path, components: dict[str, dict], folder: Path | None = None) -> tuple[dict[str, Any], list[str]]:
@@ -28,7 +29,8 @@ def overrides(path: Path, components: dict[str, dict], folder: Path | None = Non
     sections = _read(path)
     found, remarks = {}, []
     for section, entry in sections.items():
-        values = {key: value for key, value in _flat(entry["ros__parameters"]).items() if key not in _OF_EVERY_NODE}
+        values = {key: value for key, value in _flat(entry["ros__parameters"]).items()
+                  if key.partition(".")[0] not in _OF_EVERY_NODE}
         matched = [name for name, declared in components.items() if _means(section, name, _executable(declared))]
         if not matched:
             remarks.append(f"--params {path}: {unknown('component', section.rpartition('/')[2], components, section)}")
@@ -47,10 +49,25 @@ def overrides(path: Path, components: dict[str, dict], folder: Path | None = Non
 
 def _read(path):
     data = yaml_text.read(Path(path), f"--params {path}")
-    if not isinstance(data, dict) or not data or not all(
-            isinstance(entry, dict) and isinstance(entry.get("ros__parameters"), dict) for entry in data.values()):
-        raise FlightError(f"--params {path}: this is no ROS parameter file (node name: ros__parameters: name: value)")
-    return {str(section): entry for section, entry in data.items()}
+    sections = {}
+    wrong = _gather(data, "", sections) if isinstance(data, dict) else ""
+    if wrong or not sections:
+        raise FlightError(f"--params {path}: this is no ROS parameter file (node name: ros__parameters: name: value)" +
+                          (f"; {wrong} holds no ros__parameters" if wrong else ""))
+    return sections
+
+
+def _gather(data, prefix, sections):
+    """Collect the sections with their whole names; return the first place where parameters are missing, or nothing."""
+    for name, entry in data.items():
+        whole = f"{prefix}{name}"
+        if not isinstance(entry, dict) or not entry:
+            return prefix.rstrip("/") or whole
+        if isinstance(entry.get("ros__parameters"), dict):
+            sections[whole] = entry
+        elif wrong := _gather(entry, whole.rstrip("/") + "/", sections):
+            return wrong
+    return ""
 
 
 def _flat(values, prefix=""):

@@ -43,7 +43,8 @@ class Schedule:
 
     rate: recorded seconds per second of wall time; start_ns: log time of the beginning; names: topic -> the name that it
     is published under; profiles: topic -> its quality of service; clock_hz: rate of /clock between messages [Hz];
-    longest_gap_s: a longer stretch without messages [s of the recording] is passed over.
+    longest_gap_s: a longer stretch without messages [s of the recording] is passed over; unnamed: topics that are left out
+    because ROS has no such names.
     """
 
     bag: Bag
@@ -54,6 +55,7 @@ class Schedule:
     profiles: dict[str, Qos] = field(default_factory=dict)
     clock_hz: float = CLOCK_HZ
     longest_gap_s: float = LONGEST_GAP_S
+    unnamed: list[str] = field(default_factory=list)
 
     @classmethod
     def of(cls, path, rate: float = 1.0, start_s: float = 0.0, topics: list[str] | None = None, remap=(),
@@ -68,6 +70,11 @@ class Schedule:
         bag = read_bag(path)
         chosen = [bag.spelled(name) for name in topics] if topics is not None else list(bag.topics)
         chosen = list(dict.fromkeys(chosen))
+        names = _names(bag, chosen, remap)
+        unnamed = [] if topics is not None else [name for name in chosen if not _is_name(names[name])
+                                                 and names[name].lstrip("/") == name.lstrip("/")]
+        chosen = [name for name in chosen if name not in unnamed]
+        _check_names({name: names[name] for name in chosen})
         seconds = (bag.end_ns - bag.start_ns) / SECOND
         if not any(bag.topics[name].count for name in chosen):
             raise FlightError(f"bag '{path}': there is nothing to play; it holds no messages on "
@@ -75,8 +82,9 @@ class Schedule:
         if not 0 <= start_s <= seconds:
             raise FlightError(f"--start {start_s:g}: the bag is {seconds:.9g} s long")
         given = _overrides(overrides, bag) if overrides is not None else {}
-        return cls(bag, chosen, rate, bag.start_ns + round(start_s * SECOND), _names(bag, chosen, remap),
-                   {name: given.get(name) or merged_profile(bag.topics[name]) for name in chosen}, clock_hz, longest_gap_s)
+        return cls(bag, chosen, rate, bag.start_ns + round(start_s * SECOND), names,
+                   {name: given.get(name) or merged_profile(bag.topics[name]) for name in chosen}, clock_hz, longest_gap_s,
+                   unnamed)
 
     @property
     def has_clock(self) -> bool:
@@ -120,21 +128,28 @@ def merged_profile(info) -> Qos:
 
 
 def _names(bag, topics, remap):
-    """topic -> the name that it is published under. Raises FlightError."""
+    """topic -> the name that it would be published under. Raises FlightError."""
     names = {name: name if name.startswith("/") else f"/{name}" for name in topics}
     for rule in remap:
         old, found, new = rule.partition(":=")
         if not found or not new:
             raise FlightError(f"--remap {rule}: allowed: old:=new, as /imu:=/left/imu")
         names[bag.spelled(old)] = new if new.startswith("/") else f"/{new}"
+    return names
+
+
+def _is_name(name):
+    return len(name) <= _LONGEST_NAME and _NAME.fullmatch(name) is not None
+
+
+def _check_names(names):
     for topic, name in names.items():
-        if len(name) > _LONGEST_NAME or not _NAME.fullmatch(name):
+        if not _is_name(name):
             raise FlightError(f"topic '{topic}' cannot be published as '{name}': a name in ROS is made of letters, digits, "
                               "_ and /; choose topics (--topics), or another name (--remap old:=new)")
     twice = {name for name in names.values() if list(names.values()).count(name) > 1}
     if twice:
         raise FlightError(f"two topics would be published as {', '.join(sorted(twice))}; choose others (--remap old:=new)")
-    return names
 
 
 def _overrides(path: Path, bag) -> dict[str, Qos]:

@@ -103,7 +103,8 @@ def tell_errors(event):
 
 
 def _help(use, name, component):
-    rows = [f"{name}: {component.summary()}", "", f"usage: flight node {use} --ros-args -p NAME:=VALUE ...", "", "parameters:"]
+    rows = [f"{name}: {component.summary()}", "", f"usage: flight node {use} --ros-args -p NAME:=VALUE ...", "",
+            "parameters:"]
     for entry in component.parameters.entries.values():
         rows.append(f"  {entry.name} = {entry.default}  ({entry.range_text}) {entry.doc}")
     rows += ["", "inputs:"] + [f"  {port}: {s.topic} ({s.type_name})" for port, s in component.inputs.items()]

@@ -193,6 +193,8 @@ def _gap_sentence(gap, schedule):
 def _publishers(node, schedule, tell):
     """topic -> publisher, of all types that can be imported here. Raises FlightError when there is none."""
     publishers = {}
+    for name in schedule.unnamed:
+        tell(f"'{name}' is skipped: ROS has no such name; --remap gives it another")
     for name in schedule.topics:
         info = schedule.bag.topics[name]
         if info.problem:

@@ -183,6 +183,50 @@ def test_sqlite_bags(tmp_path, mode):
         assert len(read_bag(next(folder.glob("*.db3")))["/count"]) == 5000
 
 
+def test_rows_that_are_no_messages_hide_no_other(tmp_path):
+    folder = write(tmp_path / "bag", 10, plugin=StoragePlugin.SQLITE3)
+    with sqlite3.connect(next(folder.glob("*.db3"))) as database:
+        rows = [(1, -5, b""), (1, START, "text"), (9, START, int32(1)), (1, "never", b"")]
+        database.executemany("insert into messages(topic_id, timestamp, data) values (?, ?, ?)", rows)
+    database.close()
+    bag = read_bag(folder)
+    assert bag["/count"]["data"].tolist() == list(range(10))
+    assert "4 messages have no topic, no time or no content" in bag.remarks[0]
+
+
+def test_message_compression_in_mcap(tmp_path):
+    from flight_graph.bags.recover import recover
+    text = ("rosbag2_bagfile_information:\n  storage_identifier: mcap\n  compression_format: zstd\n"
+            "  compression_mode: MESSAGE\n  relative_file_paths: [x.mcap]\n")
+    body = record(INT32) + record(COUNT) + b"".join(
+        message(1, i, zstandard.compress(int32(i))) for i in range(3000))
+    (tmp_path / "bag").mkdir()
+    (tmp_path / "bag" / "metadata.yaml").write_text(text)
+    (tmp_path / "bag" / "x.mcap").write_bytes(file(chunk(body)))
+    recover(tmp_path / "bag", tmp_path / "saved")
+    for folder in ("bag", "saved"):
+        bag = read_bag(tmp_path / folder)
+        np.testing.assert_array_equal(bag["/count"]["data"], np.arange(3000))
+        np.testing.assert_array_equal(bag.sequences("/count"), np.arange(3000))
+
+
+@pytest.mark.parametrize("text", ["", "- 1\n", "a: 1\n", "\tx: 1", "rosbag2_bagfile_information:\n  relative_file_paths: []\n"])
+@pytest.mark.parametrize("plugin", [StoragePlugin.MCAP, StoragePlugin.SQLITE3])
+def test_a_description_that_says_nothing(tmp_path, text, plugin):
+    folder = write(tmp_path / "bag", 10, plugin=plugin)
+    (folder / "metadata.yaml").write_text(text)
+    bag = read_bag(folder)
+    assert len(bag["/count"]) == 10 and "all files were read" in bag.remarks[0]
+
+
+def test_a_file_that_is_named_twice_is_read_once(tmp_path):
+    folder = write(tmp_path / "bag", 10)
+    name = next(folder.glob("*.mcap")).name
+    (folder / "metadata.yaml").write_text(
+        f"rosbag2_bagfile_information:\n  storage_identifier: mcap\n  relative_file_paths: [{name}, {name}]\n")
+    assert len(read_bag(folder)["/count"]) == 10
+
+
 def test_a_database_that_is_no_bag(tmp_path):
     with sqlite3.connect(tmp_path / "x.db3") as database:
         database.execute("create table notes (text)")
@@ -249,6 +293,21 @@ def test_idl_with_its_head(tmp_path):
                        "      int32 count;\n    };\n  };\n};\n")
     bag = topic_bag(tmp_path, "my_msgs/msg/Wheel", text, b"\0\1\0\0" + struct.pack("<di", 1.5, 3), encoding="ros2idl")
     assert (bag["/x"]["speed"][0], bag["/x"]["count"][0]) == (1.5, 3)
+
+
+def test_idl_of_other_generators(tmp_path):
+    """Lines for a preprocessor, annotations, constants of wide text and enumerations."""
+    text = ("=" * 80 + "\nIDL: my_msgs/msg/Wheel\n// generated\n#include \"std_msgs/msg/Header.idl\"\n#include <x.idl>\n"
+            "#ifndef WHEEL\n#define WHEEL\nmodule my_msgs { module msg {\n  module Wheel_Constants {\n"
+            "    const wstring NAME = L\"a \\\" b\";\n    const octet MOST = 3;\n  };\n"
+            "  enum State { IDLE, /* not */ MOVING };\n  typedef double double__2[2];\n"
+            "  @verbatim (language=\"comment\", text=\n    \"a text\" \"\\n\" \"of { two }\")\n"
+            "  struct Wheel {\n    @unit (value=\"m/s\") double__2 speed; // of both\n    my_msgs::msg::State state;\n"
+            "    sequence<State, 3> before;\n  };\n}; };\n#endif\n")
+    payload = b"\0\1\0\0" + struct.pack("<ddIIII", 1.5, 2.5, 1, 2, 0, 1)
+    for written in (text, text.replace("\n", "\r\n")):
+        row = topic_bag(tmp_path, "my_msgs/msg/Wheel", written, payload, encoding="ros2idl")["/x"][0]
+        assert (row["speed"].tolist(), row["state"], row["before"].tolist()) == ([1.5, 2.5], 1, [0, 1])
 
 
 def test_carriage_returns_and_old_names(tmp_path):

@@ -103,3 +103,63 @@ def test_times_of_gaps(tmp_path):
     report = recover(tmp_path / "x.mcap", tmp_path / "saved")
     assert [(gap.start_ns, gap.end_ns) for gap in report.gaps] == [(START + 39 * STEP, START + 45 * STEP)]
     assert sum(topic.saved for topic in report.topics.values()) == 115
+
+
+def test_a_message_older_than_all_before_the_damage_is_dropped(tmp_path):
+    """Zeros that begin at a message's time leave a record of the right form in front of the hole."""
+    for form in ("unchunked", "chunked"):
+        content, places = content_of(form)
+        begin = places[40][0] + 15
+        (tmp_path / "x.mcap").write_bytes(content[:begin] + bytes(64) + content[begin + 64:])
+        recover(tmp_path / "x.mcap", tmp_path / form)
+        saved = read_bag(tmp_path / form)
+        assert saved.start_ns == START and len(list(saved.messages())) in (117, 118)
+
+
+def split(tmp_path, damage):
+    """Three files of forty messages each, the second of them damaged; what is recovered of them."""
+    import yaml
+    folder = tmp_path / "bag"
+    folder.mkdir()
+    for part in range(3):
+        body = record(INT32) + record(COUNT) + b"".join(message(1, i, int32(i)) for i in range(40 * part, 40 * part + 40))
+        content = file(chunk(body))
+        content = damage(content) if part == 1 else content
+        if content is not None:
+            (folder / f"b_{part}.mcap").write_bytes(content)
+    (folder / "metadata.yaml").write_text(yaml.safe_dump({"rosbag2_bagfile_information": {
+        "storage_identifier": "mcap", "relative_file_paths": [f"b_{part}.mcap" for part in range(3)]}}))
+    report = recover(folder, tmp_path / "saved")
+    return report, read_bag(tmp_path / "saved")["/count"]["data"].tolist()
+
+
+@pytest.mark.parametrize("damage", [lambda content: b"", lambda content: b"some words\n" * 50, lambda content: None])
+def test_a_lost_file_of_several_hides_no_other(tmp_path, damage):
+    report, saved = split(tmp_path, damage)
+    assert saved == [*range(40), *range(80, 120)]
+    assert [(gap.start_ns, gap.end_ns) for gap in report.gaps] == [(START + 39 * STEP, START + 80 * STEP)]
+    assert any("b_1.mcap" in remark for remark in report.remarks)
+
+
+def test_a_chunk_that_is_cut_is_taken_once(tmp_path):
+    report, saved = split(tmp_path, lambda content: content[:len(content) // 2])
+    assert saved == sorted(set(saved)) and 80 < len(saved) < 120
+    assert [(gap.start_ns, gap.end_ns) for gap in report.gaps] == [(START + (len(saved) - 41) * STEP, START + 80 * STEP)]
+
+
+def test_declarations_of_a_summary_without_checksum(tmp_path):
+    first, second = (b"".join(message(1, i, int32(i)) for i in part) for part in (range(20), range(20, 40)))
+    head = chunk(record(INT32) + record(COUNT) + first, "zstd", crc=False)
+    content = bytearray(file(head + chunk(second, "zstd", crc=False), record(INT32) + record(COUNT)))
+    content[60:160] = bytes(100)
+    (tmp_path / "x.mcap").write_bytes(content)
+    recover(tmp_path / "x.mcap", tmp_path / "saved")
+    assert read_bag(tmp_path / "saved")["/count"]["data"].tolist() == list(range(20, 40))
+
+
+def test_impossible_times_are_left_out(tmp_path):
+    body = record(INT32) + record(COUNT) + message(1, 0, int32(0)) + message(1, 1, int32(1), time=(1 << 64) - 1)
+    (tmp_path / "x.mcap").write_bytes(file(chunk(body)))
+    report = recover(tmp_path / "x.mcap", tmp_path / "saved")
+    assert read_bag(tmp_path / "saved")["/count"]["data"].tolist() == [0]
+    assert "1 messages of an impossible time are left out" in report.remarks

@@ -105,7 +105,10 @@ def test_gaps_are_told_and_passed_over(tmp_path):
 def test_names_and_profiles_of_ones_own(tmp_path):
     path = bag_of(tmp_path, ("plain", 1, profile()), ("/b-2", 1, ""), messages=[(1, 0.0, int32(1)), (2, 0.0, int32(2))])
     with pytest.raises(FlightError, match="'/b-2' cannot be published"):
-        Schedule.of(path)
+        Schedule.of(path, topics=["b-2"])
+    assert (Schedule.of(path).topics, Schedule.of(path).unnamed) == (["plain"], ["/b-2"])
+    with pytest.raises(FlightError, match="'/b-2' cannot be published as '/b 2'"):
+        Schedule.of(path, remap=["/b-2:=b 2"])
     schedule = Schedule.of(path, remap=["/b-2:=other/b"], topics=["/plain", "b-2"])
     assert schedule.names == {"plain": "/plain", "/b-2": "/other/b"}
     heard, _ = played(path, {"/plain": "std_msgs/msg/Int32"}, "--topics", "plain")

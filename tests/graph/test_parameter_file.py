@@ -31,6 +31,13 @@ def test_later_sections_win_and_other_keys(tmp_path):
     assert found == {"law.k_a": 0.7, "other.k_a": 0.5, **{f"{name}.rate_hz": 50.0 for name in COMPONENTS}}
 
 
+def test_namespaces_around_nodes_and_what_every_node_has(tmp_path):
+    found, _ = read(tmp_path, "/**:\n  law:\n    ros__parameters:\n      k_a: 0.5\n      qos_overrides:\n"
+                              "        /x: {publisher: {depth: 3}}\n/rover:\n  arm:\n    other:\n"
+                              "      ros__parameters: {k_a: 0.7}\n")
+    assert found == {"law.k_a": 0.5, "other.k_a": 0.7}
+
+
 def test_a_misspelt_section_is_named(tmp_path):
     found, remarks = read(tmp_path, "law:\n  ros__parameters: {k_a: 0.5}\nlav:\n  ros__parameters: {k_a: 1.0}\n")
     assert found == {"law.k_a": 0.5} and "no component called 'lav'; did you mean 'law'" in remarks[0]
@@ -40,6 +47,8 @@ def test_a_misspelt_section_is_named(tmp_path):
     ("law:\n  ros__parameters: {k_aa: 0.5}\n", "law: no parameter called 'k_aa'; did you mean 'k_a'"),
     ("/**:\n  ros__parameters: {nowhere: 0.5}\n", "no parameter called 'nowhere'"),
     ("lav:\n  ros__parameters: {k_a: 0.5}\n", "none of its sections"), ("[1, 2]", "no ROS parameter file"),
+    ("law:\n  ros_parameters: {k_a: 0.5}\n", "law/ros_parameters holds no ros__parameters"),
+    ("other:\n  ros__parameters: {k_a: 0.5}\nlaw: {k_a: 0.5}\n", "law holds no ros__parameters"),
     ("a: &a [*a]", "stands for nothing, or for a value that it is in"), ("{", "this is no YAML")])
 def test_what_is_refused(tmp_path, text, sentence):
     with pytest.raises(FlightError, match=sentence.replace("(", r"\(")):
