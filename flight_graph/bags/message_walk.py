@@ -2,8 +2,9 @@
 
 A record is believed when its type is one that may stand here, and its channel and time are possible (a channel whose own
 declaration was hit counts as possible when its number is near the declared ones). Where one is not, the walk goes on at the
-next place that begins a chain of believable records. The message in front of the break may be the one that is hit: it is
-dropped when no other message of its channel has its size, or when it is older than all before it.
+next place that begins a chain of believable records. The message in front of the break may be the one that is hit: it
+is dropped when no other message of its channel has its size, or when it is older than all before it, or when its payload
+begins otherwise than every other of its channel (the encapsulation of CDR).
 """
 
 from dataclasses import dataclass
@@ -30,9 +31,13 @@ class Stretch:
     broken: bool
 
 
-def stretches(data: np.ndarray, channels: set):
-    """Yield the believable stretches of a chunk's content. channels: the ids that are declared; empty: not known yet."""
-    position, end, sizes, earliest = 0, len(data), {}, None
+def stretches(data: np.ndarray, channels: set, cdr=frozenset(), earliest: int | None = None):
+    """Yield the believable stretches of a chunk's content.
+
+    channels: the ids that are declared; empty: not known yet. cdr: those whose messages are CDR. earliest: no message is
+    older [ns].
+    """
+    position, end, sizes, heads = 0, len(data), {}, {}
     while position < end:
         opcodes, starts, stops, last = list_records(data, position, end)
         good = _believable(data, opcodes, starts, stops, channels)
@@ -42,11 +47,14 @@ def stretches(data: np.ndarray, channels: set):
         if broken and count and opcodes[count - 1] == MESSAGE:
             _note(sizes, data, opcodes[:count - 1], starts[:count - 1], stops[:count - 1])
             earliest = _earliest(earliest, data, opcodes[:count - 1], starts[:count - 1])
+            _note_heads(heads, data, opcodes[:count - 1], starts[:count - 1], stops[:count - 1])
             last = int(starts[count - 1])
-            if not is_usual(sizes, data, last, int(stops[count - 1])) or is_older(data, last, earliest):
+            if not is_usual(sizes, data, last, int(stops[count - 1])) or is_older(data, last, earliest) or \
+                    is_odd(heads, cdr, data, last):
                 count -= 1
                 resume = int(starts[count]) + MESSAGE_HEAD
         _note(sizes, data, opcodes[:count], starts[:count], stops[:count])
+        _note_heads(heads, data, opcodes[:count], starts[:count], stops[:count])
         earliest = _earliest(earliest, data, opcodes[:count], starts[:count])
         yield Stretch(opcodes[:count], starts[:count], stops[:count], broken)
         if not broken:
@@ -89,6 +97,21 @@ def is_usual(sizes: dict, data: np.ndarray, start: int, stop: int) -> bool:
 def is_older(data: np.ndarray, start: int, earliest: int | None) -> bool:
     """Whether a message is older than the earliest of the others [ns]; not where there is none."""
     return earliest is not None and int.from_bytes(data[start + 6:start + 14].tobytes(), "little") < earliest
+
+
+def is_odd(heads: dict, cdr, data: np.ndarray, start: int) -> bool:
+    """Whether a CDR message begins otherwise than all others of its channel. heads: channel -> set of two bytes."""
+    channel = int.from_bytes(data[start:start + 2].tobytes(), "little")
+    head = data[start + MESSAGE_HEAD:start + MESSAGE_HEAD + 2].tobytes()
+    return channel in cdr and head not in heads.get(channel, {head})
+
+
+def _note_heads(heads, data, opcodes, starts, stops):
+    chosen = starts[(opcodes == MESSAGE) & (stops - starts >= MESSAGE_HEAD + 2)]
+    if len(chosen):
+        first, second = (data[chosen + MESSAGE_HEAD + i].tolist() for i in (0, 1))
+        for channel, *begin in {*zip(message_field(data, chosen, "channel").tolist(), first, second)}:
+            heads.setdefault(channel, set()).add(bytes(begin))
 
 
 def _earliest(known, data, opcodes, starts):

@@ -23,7 +23,7 @@ from flight_graph.bags.mcap_records import (
     message_field,
     parse,
 )
-from flight_graph.bags.message_walk import IN_FILE, highest, is_older, next_record, stretches
+from flight_graph.bags.message_walk import IN_FILE, highest, is_odd, is_older, next_record, stretches
 
 _DECLARATIONS = {Opcode.SCHEMA: records.Schema, Opcode.CHANNEL: records.Channel}
 _RESUME = (Opcode.CHUNK, Opcode.MESSAGE_INDEX, Opcode.ATTACHMENT, Opcode.METADATA, Opcode.DATA_END)
@@ -58,6 +58,7 @@ class Salvage:
     sizes: dict = field(default_factory=dict)  # channel -> how often each size of record was met outside of chunks
     last_message: int | None = None  # where the content of the last of these begins
     last_time: int | None = None  # its time [ns]
+    heads: dict = field(default_factory=dict)  # channel -> first two bytes of payloads of these before the last
     earliest: int | None = None  # that of the earliest of these before the last
     packed: bool = False  # each message is compressed on its own
     corrupted: bool = False  # bytes differ from what was written; False where the file only ends early
@@ -95,16 +96,22 @@ class Salvage:
         self.add_records(content, trusted=True)
         self.blocks.append(None)
 
-    def add_records(self, content: bytes, trusted: bool) -> None:
+    @property
+    def cdr(self) -> set:
+        """The channels whose messages are CDR."""
+        return {key for key, channel in self.channels.items() if channel.message_encoding == "cdr"}
+
+    def add_records(self, content: bytes, trusted: bool, earliest: int | None = None) -> None:
         """Take the messages and declarations of a chunk's content.
 
         trusted: a checksum stands over it; else only records that fit together are taken, and what lies between is lost.
+        earliest: no message is older [ns].
         """
         data = np.frombuffer(content, np.uint8)
         if trusted:
             self._take(content, data, *list_records(data, 0, len(data))[:3], trusted)
             return
-        for stretch in stretches(data, set(self.channels)):
+        for stretch in stretches(data, set(self.channels), self.cdr, earliest):
             self._take(content, data, stretch.opcodes, stretch.starts, stretch.stops, trusted)
             if stretch.broken:
                 self.lose("a record of a chunk without checksum has a wrong length, type or channel")
@@ -130,7 +137,10 @@ class Salvage:
         if stop - start < MESSAGE_HEAD or head[13] >= 0x80 or channel > highest(set(self.channels)):
             return False
         self.sizes.setdefault(channel, Counter())[stop - start] += 1
-        self.earliest = min((time for time in (self.earliest, self.last_time) if time is not None), default=None)
+        if self.last_time is not None:
+            self.earliest = self.last_time if self.earliest is None else min(self.earliest, self.last_time)
+            before = data[self.last_message:self.last_message + MESSAGE_HEAD + 2].tobytes()
+            self.heads.setdefault(int.from_bytes(before[:2], "little"), set()).add(before[MESSAGE_HEAD:])
         self.last_message, self.last_time = start, int.from_bytes(head[6:14].tobytes(), "little")
         place = np.array([start])
         heads = {name: message_field(data, place, name) for name in ("channel", "sequence", "log_time", "publish_time")}
@@ -140,7 +150,7 @@ class Salvage:
 
     def drop_doubtful(self, data: np.ndarray, position: int) -> int | None:
         """Take back the message that ends at ``position``, where something is broken, if no other has its size, or if all
-        others are younger.
+        others are younger, or begin in another way.
 
         Returns where its payload begins; None where it may stay.
         """
@@ -150,7 +160,8 @@ class Salvage:
         size = int.from_bytes(data[start - 8:start].tobytes(), "little")
         sizes = self.sizes[int.from_bytes(data[start:start + 2].tobytes(), "little")]
         odd = sizes[size] == 1 and len(sizes) > 1
-        if start + size != position or not (odd or is_older(data, start, self.earliest)):
+        if start + size != position or not (odd or is_older(data, start, self.earliest) or
+                                                 is_odd(self.heads, self.cdr, data, start)):
             return None
         self.blocks.pop()
         self.last_time = None
@@ -228,7 +239,7 @@ def _take_chunk(found, data, start, stop):
         return None
     found.chunks += 1
     try:
-        found.add_records(chunk.content(), trusted=chunk.crc != 0)
+        found.add_records(chunk.content(), trusted=chunk.crc != 0, earliest=chunk.start_ns)
     except Damage as damage:
         found.lose(str(damage))
     return stop

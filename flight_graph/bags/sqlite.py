@@ -59,6 +59,8 @@ def _read(path):
         rows = database.execute(f"select id from messages where {_SOUND} order by id")
         ids = np.array([row[0] for row in rows], np.int64)
         count = database.execute("select count(*) from messages").fetchone()[0]
+        if count and not len(ids):
+            raise Damage("no message has a topic, a time and content")
         if count > len(ids):
             contents.remarks.append(f"{path.name}: {count - len(ids)} messages have no topic, no time or no content, and "
                                     "are left out")

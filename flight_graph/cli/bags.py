@@ -120,10 +120,11 @@ def plot(
 
 def draw_overview(scenario, signals, path: Path) -> Path:
     """The figure that the scenario names. Raises FlightError when it names none."""
-    from flight_graph.graphs.metrics import figure
+    from flight_graph.graphs.metrics import figure, told
     draw = figure(scenario)
     try:
-        return draw(scenario, signals, path)
+        with told(f"{scenario.origin}: figure: '{scenario.file.figure}'"):
+            return draw(scenario, signals, path)
     except OSError as error:
         raise FlightError(f"'{path}' cannot be written: {(error.strerror or str(error)).lower()}") from None
 

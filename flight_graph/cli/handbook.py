@@ -6,6 +6,7 @@
 import importlib
 import pkgutil
 import sys
+from dataclasses import is_dataclass
 from pathlib import Path
 
 from flight_graph import yaml_text
@@ -25,6 +26,9 @@ def vehicles() -> dict[str, dict[str, Signal]]:
     for info in pkgutil.iter_modules(msg_schemas.__path__):
         module = importlib.import_module(f"msg_schemas.{info.name}")
         signals = {name: value for name, value in vars(module).items() if isinstance(value, Signal)}
+        for table in vars(module).values():  # of a vehicle whose topics depend on its joints
+            if is_dataclass(table) and not isinstance(table, type):
+                signals |= {name.upper(): value for name, value in vars(table).items() if isinstance(value, Signal)}
         if signals:
             found[info.name] = signals
     return found

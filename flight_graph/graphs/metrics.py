@@ -1,6 +1,9 @@
 """The numbers a run is judged by: the scenario's metrics function over the recorded signals."""
 
 import math
+import traceback
+from contextlib import contextmanager
+from pathlib import Path
 
 from flight_graph.components import functions
 from flight_graph.errors import FlightError
@@ -15,11 +18,26 @@ def compute(scenario: Scenario, signals) -> dict:
     function = of(scenario)
     if function is None:
         return {}
-    found = function(scenario, signals)
+    with told(f"{scenario.origin}: metrics: '{scenario.file.metrics}'"):
+        found = function(scenario, signals)
     if not isinstance(found, dict):
         raise FlightError(f"{scenario.origin}: metrics: '{scenario.file.metrics}' gives {type(found).__name__}; needed is "
                           "a dictionary: name -> number")
-    return {str(name): _plain(value) for name, value in found.items()}
+    return {str(name): _plain(value, f"{scenario.origin}: metrics: '{scenario.file.metrics}' gives {name}")
+            for name, value in found.items()}
+
+
+@contextmanager
+def told(where: str):
+    """What a user's function raises, as one sentence with its file and line. Raises FlightError."""
+    try:
+        yield
+    except (FlightError, OSError):
+        raise
+    except Exception as error:
+        frames = traceback.extract_tb(error.__traceback__)[1:]
+        place = f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})" if frames else ""
+        raise FlightError(f"{where} raises {type(error).__name__}: {error}{place}") from None
 
 
 def of(scenario: Scenario):
@@ -39,8 +57,10 @@ def load(name: str, where: str = "metrics", folder=None):
     return functions.load(name, where, folder)
 
 
-def _plain(value):
-    value = value.item() if hasattr(value, "item") else value
+def _plain(value, where):
+    value = value.item() if hasattr(value, "item") and getattr(value, "size", 1) == 1 else value
+    if value is not None and not isinstance(value, (bool, int, float, str)):
+        raise FlightError(f"{where}: {type(value).__name__} is not allowed; allowed: a number, a text, true or false, None")
     if isinstance(value, float) and not math.isfinite(value):
         return None  # "never": JSON has no NaN
     return value

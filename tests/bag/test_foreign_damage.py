@@ -105,15 +105,18 @@ def test_times_of_gaps(tmp_path):
     assert sum(topic.saved for topic in report.topics.values()) == 115
 
 
-def test_a_message_older_than_all_before_the_damage_is_dropped(tmp_path):
-    """Zeros that begin at a message's time leave a record of the right form in front of the hole."""
+@pytest.mark.parametrize("offset", [15, 31])  # [bytes] its time, its payload
+def test_a_message_that_the_damage_reaches_is_dropped(tmp_path, offset):
+    """Zeros that begin inside of a message leave a record of the right form in front of the hole."""
     for form in ("unchunked", "chunked"):
         content, places = content_of(form)
-        begin = places[40][0] + 15
+        known = {payload for _, _, _, payload in places}
+        begin = places[40][0] + offset
         (tmp_path / "x.mcap").write_bytes(content[:begin] + bytes(64) + content[begin + 64:])
         recover(tmp_path / "x.mcap", tmp_path / form)
         saved = read_bag(tmp_path / form)
-        assert saved.start_ns == START and len(list(saved.messages())) in (117, 118)
+        assert saved.start_ns == START and {bytes(payload) for _, _, payload in saved.messages()} <= known
+        assert len(list(saved.messages())) in (117, 118)
 
 
 def split(tmp_path, damage):

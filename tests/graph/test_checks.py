@@ -6,6 +6,7 @@ import pytest
 import yaml
 
 from flight_graph.errors import FlightError
+from flight_graph.graphs import metrics
 from flight_graph.graphs import scenario as scenarios
 from flight_graph.graphs.scenario import Scenario
 from tests.graph import toy
@@ -170,3 +171,13 @@ class Echo(toy.Component):
     inputs, outputs = {"command": toy.COMMAND}, {"truth": toy.named_vector(
         "toy/echo", "toy", {"angle": toy.Quantity(3, "rad"), "rate": toy.Quantity(3, "rad/s")}, toy.Role.TRUTH)}
     kernel = echo
+
+
+def test_what_a_function_of_metrics_raises_is_a_sentence(tmp_path):
+    (tmp_path / "judge.py").write_text("def compute(scenario, signals):\n    return {'a': signals['nowhere']}\n\n\n"
+                                       "def listed(scenario, signals):\n    return {'a': [1.0]}\n")
+    for name, sentence in (("compute", "judge.py:compute' raises KeyError: 'nowhere'.*line"),
+                           ("listed", "listed' gives a: list is not allowed; allowed: a number")):
+        data = {**toy.scenario(), "metrics": f"{tmp_path / 'judge.py'}:{name}"}
+        with pytest.raises(FlightError, match=sentence):
+            metrics.compute(Scenario(data, "toy.yaml"), {})
