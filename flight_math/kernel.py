@@ -57,10 +57,18 @@ def fingerprint(*functions) -> str:
             consider(name, function.__globals__.get(name), names)
         for name, cell in zip(function.__code__.co_freevars, function.__closure__ or ()):
             consider(name, cell.cell_contents, names)
+        for name, parameter in inspect.signature(function).parameters.items():
+            if parameter.default is not parameter.empty:
+                consider(name, parameter.default, names)
 
     def consider(name, value, names):
-        if isinstance(value, (bool, int, float, str, tuple, np.generic)) or _is_class(value):
+        if type(value) is tuple:
+            for number, item in enumerate(value):
+                consider(f"{name}[{number}]", item, names)
+        elif isinstance(value, (bool, int, float, str, tuple, np.generic)) or _is_class(value):
             digest.update(f"{name}={value!r}".encode())
+        elif isinstance(value, type) and issubclass(value, tuple) and hasattr(value, "_fields"):
+            digest.update(f"{name}={value.__name__}{value._fields}{value._field_defaults}".encode())
         elif hasattr(value, "py_func") or (inspect.isfunction(value) and numba.config.DISABLE_JIT):
             visit(value)
         elif inspect.ismodule(value):

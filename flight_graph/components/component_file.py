@@ -20,7 +20,7 @@ class _Source(importlib.machinery.SourceFileLoader):
     """Compiles what stands in the file: a compiled form beside it (``__pycache__``) may be of another content."""
 
     def get_code(self, fullname):
-        return self.source_to_code(self.get_data(self.path), self.path)
+        return self.source_to_code(importlib.util.decode_source(self.get_data(self.path)), self.path)
 
 
 def load(source: str):
@@ -41,7 +41,7 @@ def load(source: str):
     except FlightError:
         del sys.modules[path.stem]
         raise
-    except Exception as error:  # it is the user's own code
+    except (Exception, SystemExit) as error:  # it is the user's own code
         names = vars(sys.modules.pop(path.stem))
         raise FlightError(_sentence(error, path, names)) from error
     return module
@@ -76,9 +76,15 @@ def _file_of(source):
 
 
 def _sentence(error, path, names):
+    if isinstance(error, UnicodeDecodeError):
+        line = error.object.count(b"\n", 0, error.start) + 1
+        return f"{shown(str(path))}:{line}: this is no text in {error.encoding}; save the file as UTF-8"
+    if isinstance(error, SystemExit):
+        file, line = innermost(error, path.parent)
+        return f"{shown(file)}:{line}: it ends the program while it is loaded; put that below if __name__ == '__main__':"
     if isinstance(error, SyntaxError):
         text = f": {error.text.strip()}" if error.text and error.text.strip() else ""
-        return f"{shown(error.filename or str(path))}:{error.lineno}: this is no Python ({error.msg}){text}"
+        return f"{shown(error.filename or str(path))}:{error.lineno or 1}: this is no Python ({error.msg}){text}"
     file, line = innermost(error, path.parent)
     place = f"{shown(file)}:{line}: " if file else f"{shown(str(path))}: "
     if isinstance(error, ModuleNotFoundError):

@@ -6,6 +6,8 @@ import pkgutil
 import sys
 from string import Formatter
 
+import numpy as np
+
 import msg_schemas
 from flight_graph.components.findings import nearest
 from flight_graph.components.places import refuse
@@ -154,3 +156,18 @@ def _check_faults(cls):
             if root not in known:
                 refuse(cls, "faults", f"the sentence of {code} names '{root}', which is no parameter, nor in the "
                                       f"state or an output; {nearest(root, known, 'known are')}")
+        try:
+            sentence.format(**_empty(cls))
+        except (ValueError, TypeError, LookupError, AttributeError) as error:
+            refuse(cls, "faults", f"the sentence of {code} cannot be filled in: {error}; a name stands for a number or a "
+                                  "list of numbers: {name}, {name[0]}, {name:.3f}")
+
+
+def _empty(cls) -> dict:
+    """name -> value of what a sentence of a fault may name, all zero, as `flight_graph.engines.stops` fills them in."""
+    values = {}
+    for dtype in [*(signal.dtype for signal in cls.outputs.values()), cls.state.dtype, cls.parameters.dtype]:
+        record = np.zeros(1, dtype)[0]
+        for name in dtype.names:
+            values[name] = record[name].tolist() if np.ndim(record[name]) else record[name]
+    return values

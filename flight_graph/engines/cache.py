@@ -90,8 +90,13 @@ def keep(folder: Path, name: str, content: bytes) -> Path:
     try:
         _put(path, content)
     except OSError as error:
-        raise FlightError(f"'{path}' cannot be written: {(error.strerror or str(error)).lower()}") from None
+        raise _unwritten(path, error) from None
     return path
+
+
+def _unwritten(path: Path, error: OSError) -> FlightError:
+    return FlightError(f"'{path}' cannot be written: {(error.strerror or str(error)).lower()}; another folder is named with "
+                       "FLIGHT_CACHE_DIR")
 
 
 def _put(path: Path, content: bytes) -> None:
@@ -122,9 +127,11 @@ def write(key: str, code: bytes, about: dict) -> None:
     path = _path(key)
     try:
         _put(path, head + b"\n" + code)
-    except PermissionError:  # on Windows, while another process reads what is there: it has the same key
+    except PermissionError as error:  # on Windows, while another process reads what is there: it has the same key
         if read(key) is None:
-            raise
+            raise _unwritten(path, error) from None
+    except OSError as error:
+        raise _unwritten(path, error) from None
 
 
 def read(key: str) -> tuple[bytes, dict] | None:

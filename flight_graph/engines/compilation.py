@@ -98,9 +98,10 @@ def _load(components, check_bounds, progress):
     for component in components.values():
         if parts.load(component, check_bounds) is None:  # a spoiled file: made anew
             parts.forget(component, check_bounds)
+    driver.forget_spoiled()
     compile_missing(components, check_bounds, progress)
     found = {use: parts.load(component, check_bounds) for use, component in components.items()}
-    broken = [use for use, codes in found.items() if codes is None]
+    broken = [use for use, codes in found.items() if codes is None] + ([] if driver.is_loadable() else ["the driver"])
     if broken:
         raise FlightError(f"the machine code of {', '.join(broken)} cannot be read back from '{cache_folder('objects')}'")
     return found

@@ -205,6 +205,18 @@ def is_ready() -> bool:
     return all(store.has(f"{key()}_{name}") for name in _SIGNATURES)
 
 
+def is_loadable() -> bool:
+    """Whether the driver's machine code can be read from the cache."""
+    return all(parts.load_code(f"{key()}_{name}") is not None for name in _SIGNATURES)
+
+
+def forget_spoiled() -> None:
+    """Take spoiled machine code of the driver out of the cache."""
+    for name in _SIGNATURES:
+        if parts.load_code(f"{key()}_{name}") is None:
+            store.remove(f"{key()}_{name}")
+
+
 @cache
 def function(name: str):
     """A function of the driver, to be called with integers; it releases the GIL."""

@@ -29,6 +29,7 @@ from numba.core.runtime import rtsys
 from flight_graph.engines.machine import target_machine
 from flight_graph.engines.stops import RAISED
 from flight_graph.errors import FlightError
+from flight_math.errors import KernelError
 
 MAY_CALL = {"memset", "memcpy", "memmove", "floor", "ceil"}  # outside of itself: memory, and what is exact in any libm
 _CONTEXT = "_toplevel_target_context"
@@ -256,7 +257,7 @@ def _emit(library, entry, symbol) -> tuple[bytes, str]:
     text = str(module)
     wrong = sorted(name for name in open_symbols(module) if name not in MAY_CALL)
     if wrong:
-        raise FlightError(_open_sentence(wrong))
+        raise KernelError("", 0, _open_sentence(wrong))
     return machine.emit_object(module), text
 
 

@@ -1,6 +1,7 @@
 """The compiled loop against an executor written from the rules; plain Python against machine code; the cache; noise."""
 
 import hashlib
+import importlib.util
 import json
 import os
 import subprocess
@@ -83,6 +84,38 @@ print(json.dumps({t.topic: [len(t.records), hashlib.sha256(t.signal.payloads(t.r
     assert json.loads(done.stdout) == {
         track.topic: [len(track.records), hashlib.sha256(track.signal.payloads(track.records).tobytes()).hexdigest()]
         for track in recording.tracks}
+
+
+@pytest.mark.parametrize("before, after", [
+    ("class Pair(NamedTuple):\n    a: float\n    b: float\n", "class Pair(NamedTuple):\n    b: float\n    a: float\n"),
+    ("GAIN = 1.0\n", "GAIN = 2.0\n"),
+    ("TABLE = (first, second)\n", "TABLE = (second, first)\n"),
+], ids=["fields of a named tuple", "default of an argument", "tuple of kernels"])
+def test_fingerprint_sees_what_a_kernel_is_made_of(tmp_path, before, after):
+    """Other fields, defaults or kernels behind the same source are another kernel; the same ones are the same kernel."""
+    text = """from typing import NamedTuple
+from flight_math.kernel import kernel
+@kernel
+def first(a):
+    return a
+@kernel
+def second(a):
+    return 2.0 * a
+Pair, GAIN, TABLE = None, 0.0, ()
+%s
+@kernel
+def law(a, gain=GAIN):
+    return Pair(a, gain).a + TABLE[0](a)
+"""
+    found = []
+    for number, middle in enumerate((before, before, after)):
+        path = tmp_path / f"law_{number}.py"
+        path.write_text(text % middle)
+        spec = importlib.util.spec_from_file_location(path.stem, path)
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        found.append(fingerprint(module.law))
+    assert found[0] == found[1] != found[2]
 
 
 def test_machine_code_is_found_again_and_follows_its_sources(tmp_path):

@@ -145,6 +145,29 @@ def test_spoiled_code_is_not_loaded_but_made_anew(tmp_path):
     assert len(path.read_bytes()) == len(whole) and parts.load(*used.values())
 
 
+def test_a_spoiled_driver_is_made_anew(tmp_path):
+    data = component(tmp_path, "driven", COUNTING)
+    CompiledRun(Scenario(data, "n.yaml")).compile()
+    code = f"""
+from flight_graph.engines import cache, driver
+from flight_graph.engines.compiled import CompiledRun
+from flight_graph.graphs.scenario import Scenario
+path = cache.cache_folder("objects") / f"{{driver.key()}}_run.o"
+path.write_bytes(path.read_bytes()[:-20] + bytes(20))
+print(CompiledRun(Scenario({data!r}, "n.yaml")).run()["part/out"]["value"][-1])
+"""
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=120,
+                          env={**os.environ, "PYTHONPATH": f"{ROOT}{os.pathsep}{tmp_path}"})
+    assert done.stdout.strip() == "5.0", done.stderr
+
+
+def test_a_cache_that_cannot_be_written_is_a_sentence(tmp_path, monkeypatch):
+    monkeypatch.setenv("FLIGHT_CACHE_DIR", str(tmp_path))
+    (cache.cache_folder("objects") / "key.o").mkdir()
+    with pytest.raises(FlightError, match="key.o' cannot be written: .*FLIGHT_CACHE_DIR"):
+        cache.write("key", b"code", {})
+
+
 def test_compiling_here_gives_the_same_code_and_leaves_kernels_callable(tmp_path, monkeypatch):
     """Bytes equal to those of another process; afterwards a kernel is called from Python again."""
     used = CompiledRun(Scenario(component(tmp_path, "here", COUNTING + new(tmp_path)), "n.yaml")).components

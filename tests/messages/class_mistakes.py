@@ -25,6 +25,8 @@ FILE = [
     declared("name that is not there", "LIST = [1.0, 2.0, 3.0]", "LIST = GAIN", "there is no name 'GAIN' here",
              "did you mean 'GAINS'"),
     declared("kernel that is called", LAST, "    kernel = law()\n", "TypeError"),
+    declared("end of the program at the top of the file", "LIST = [1.0, 2.0, 3.0]", "raise SystemExit(0)",
+             "it ends the program while it is loaded"),
     declared("exception at the top of the file", "LIST = [1.0, 2.0, 3.0]", "LIST = GAINS[4]", "IndexError"),
     declared("signal that is not there", "cubli.ATTITUDE}", "cubli.ATITUDE}", "msg_schemas.cubli has no 'ATITUDE'", "did you mean 'ATTITUDE'"),
 ]
@@ -74,6 +76,8 @@ DECLARATIONS = [
              where="Law.optional_inputs: "),
     declared("fault with an unknown name", LAST, LAST + '    faults = {1: "too steep: {slop}"}\n', "names 'slop'",
              "did you mean 'slope'", where="Law.faults: "),
+    declared("fault of a form that does not fit", LAST, LAST + '    faults = {1: "too steep: {integral.x:.3f}"}\n',
+             "cannot be filled in", "{name[0]}", where="Law.faults: "),
     declared("method without @classmethod", LAST, LAST + "\n    def check(self, values, where):\n        pass\n",
              "write @classmethod above it", line="def check", where="Law.check: "),
 ]

@@ -21,5 +21,4 @@ MISTAKES = [
     inserted("two kinds", "turned = 1.0\nif t_ns > 5:\n    turned = torque\ncommand.effort = turned", "a Vec3"),
     Mistake("two kinds of results", "return p.slope * angles + rates", RETURNS, ("it returns different kinds",
             "return one kind"), "return p.slope * angles + rates"),
-    Mistake("a call of itself", "return p.slope * angles + rates", "return leaned(p, angles, rates)", ("calls itself",)),
 ]

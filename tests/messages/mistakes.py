@@ -12,6 +12,7 @@ import math
 import numpy as np
 import scipy.linalg
 
+import flight_math
 from flight_graph.components.component import Component
 from flight_graph.components.records import Array, Choice, Mat3, Parameters, State, Vec3, field
 from flight_math import cross, kernel

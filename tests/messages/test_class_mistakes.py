@@ -58,3 +58,9 @@ def test_json_holds_file_line_and_part(flight, tmp_path):
     mistake = found["components"][0]["mistakes"][0]
     assert mistake["line"] == FIELDS[0].line_number and mistake["file"].endswith("my_law.py")
     assert (mistake["component"], mistake["part"]) == ("Law", "kernel") and mistake["what"] in mistake["sentence"]
+
+
+def test_a_file_that_is_no_utf_8_is_a_sentence(flight, tmp_path):
+    (tmp_path / "my_law.py").write_bytes(b"# caf\xe9\n" + CORRECT.encode())
+    status, out, err = flight("check", "my_law.py")
+    assert (status, err) == (1, "") and out.startswith("my_law.py:1: this is no ")

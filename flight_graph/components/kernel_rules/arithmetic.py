@@ -33,6 +33,9 @@ _SIGNS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.MatMult: 
           ast.FloorDiv: "//"}
 
 
+_NOT_OF_TRUTHS = (ast.Add, ast.Sub, ast.USub, ast.UAdd, ast.LShift, ast.RShift, ast.FloorDiv, ast.Mod)
+
+
 def operation(scope: Scope, node: ast.AST, sign: ast.AST, *kinds: Kind) -> Kind:
     """The kind of an operator's result."""
     sign = type(sign)
@@ -53,6 +56,9 @@ def operation(scope: Scope, node: ast.AST, sign: ast.AST, *kinds: Kind) -> Kind:
     if any(isinstance(kind, Value) for kind in kinds):
         return _values(scope, node, sign, kinds)
     if all(isinstance(kind, Number) for kind in kinds):
+        if sign in _NOT_OF_TRUTHS and all(kind.of is bool for kind in kinds):
+            return scope.report(node, f"{ast.unparse(node)}: a truth is no number to compute with, and differs there between "
+                                      "compiled and plain Python; write int(...) of it")
         return _numbers(sign, kinds)
     return TRUTH if issubclass(sign, ast.cmpop) else UNKNOWN
 

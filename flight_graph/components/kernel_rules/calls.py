@@ -2,6 +2,7 @@
 
 import ast
 import inspect
+import math
 from types import BuiltinFunctionType, FunctionType
 
 import numpy as np
@@ -33,6 +34,8 @@ from flight_math.errors import KernelError
 from flight_math.kernel import plain
 from flight_math.values.classes import ValueClass, mask_of
 
+LARGEST_STACK_ARRAY = 32_768  # [numbers] 256 kB: threads of macOS have 512 kB
+FOREIGN = "stands under another compiler's decorator than @kernel, which fixes the arithmetic; write @kernel above it"
 _ELEMENTARY = frozenset("sin cos tan asin acos atan exp expm1 log log1p tanh cbrt sqrt".split())
 
 
@@ -66,11 +69,15 @@ def is_kernel(function) -> bool:
     return bool(config.DISABLE_JIT) and isinstance(function, FunctionType) and is_decorated(function)
 
 
-def _kernel(scope, node, function, written, kinds, named):
+def is_foreign(function) -> bool:
+    """Whether a function stands under a decorator of numba's with an arithmetic of its own."""
     options = getattr(getattr(function, "compiled", function), "targetoptions", {})
-    if options and (options.get("fastmath") or options.get("error_model") != "numpy"):
-        scope.report(node, f"{written} is compiled by numba's own decorator; write @kernel above it, which fixes its "
-                           "arithmetic")
+    return bool(options) and bool(options.get("fastmath") or options.get("error_model") != "numpy")
+
+
+def _kernel(scope, node, function, written, kinds, named):
+    if is_foreign(function):
+        scope.report(node, f"{written} {FOREIGN}")
     if kinds is None:
         return UNKNOWN
     try:
@@ -148,6 +155,9 @@ def _of_numbers(scope, node, function, written, kinds):
                 return scope.forbid(argument, f"{written} of an array allocates memory, which no kernel may; write a loop")
             if isinstance(kind, (Value, Array, Items, Record)):
                 return scope.report(argument, f"{written} takes numbers; {ast.unparse(argument)} is {kind}")
+    if name == "round" and len(kinds) > 1:
+        return scope.report(node, f"{ast.unparse(node)}: to digits Python and machine code round differently; write "
+                                  "round(x) of one number")
     if name in library.TRUTHS:
         return TRUTH
     if name in library.WHOLE:
@@ -187,6 +197,9 @@ def _of_flight_math(scope, node, function, kinds):
         return UNKNOWN
     if name == "stack_array":
         lengths = [kind.low if isinstance(kind, Number) and kind.low == kind.high else None for kind in kinds]
+        if None not in lengths and math.prod(lengths) > LARGEST_STACK_ARRAY:
+            scope.report(node, f"{ast.unparse(node)} does not fit on the stack; it holds {LARGEST_STACK_ARRAY} numbers at "
+                               "most; declare an Array(...) in the state")
         return Array(tuple(lengths))
     values = [kind for kind in kinds if isinstance(kind, Value)]
     if name in _ELEMENTARY and kinds:

@@ -270,8 +270,8 @@ def _tuple(scope, node):
 
 
 def _named(scope, node):
-    scope.names[node.target.id] = kind = kind_of(scope, node.value)
-    return kind
+    scope.names[node.target.id] = kind_of(scope, node.value)
+    return scope.report(node, f"({ast.unparse(node)}): give '{node.target.id}' its value in a line of its own")
 
 
 def _call(scope, node):

@@ -9,7 +9,7 @@ import numpy as np
 BUILTINS = frozenset("abs all any bool divmod enumerate float int isinstance len max min range reversed round tuple zip"
                      .split())
 MATH = frozenset("sqrt fabs floor ceil trunc isfinite isnan isinf copysign".split())
-NUMPY = frozenset("sqrt abs absolute fabs floor ceil trunc isfinite isnan isinf copysign signbit "
+NUMPY = frozenset("abs absolute fabs floor ceil trunc isfinite isnan isinf copysign signbit "
                   "float64 float32 int64 int32 int16 int8 uint64 uint32 uint16 uint8 bool_ bool".split())
 TRUTHS = frozenset("isfinite isnan isinf signbit all any isinstance bool".split())
 WHOLE = frozenset("int floor ceil len".split())

@@ -1,5 +1,6 @@
 """The arguments of a part: how many, which, in which order."""
 
+import ast
 import inspect
 
 from flight_graph.components.component import kinds_of
@@ -38,6 +39,8 @@ def reading(component, part: str) -> tuple[list[Finding], list[Source]]:
 
     if not calls.is_kernel(function):
         return finding(f"{function.__name__} lacks @kernel; write it above the def")
+    if calls.is_foreign(function):
+        return finding(f"{function.__name__} {calls.FOREIGN}")
     arguments = list(inspect.signature(plain(function)).parameters)
     wanted = expected(component, part, arguments)
     what = _misfit(function, arguments, wanted, part)
@@ -45,7 +48,15 @@ def reading(component, part: str) -> tuple[list[Finding], list[Source]]:
         return finding(what)
     walk = Walk(component, part)
     walk.kernel(function, _kinds(component, part, wanted))
-    return walk.findings, walk.sources
+    return walk.findings or _returned(name, function), walk.sources
+
+
+def _returned(name, function):
+    """What is wrong with the returns of a part: nobody takes what it returns."""
+    found = source(function)
+    return [Finding(found.path, node.lineno, name, f"{ast.unparse(node)}: a part returns nothing; its results go into the "
+                    "outputs and the state") for node in (ast.walk(found.tree) if found else ())
+            if isinstance(node, ast.Return) and not (node.value is None or ast.unparse(node.value) == "None")]
 
 
 def _misfit(function, arguments, wanted, part):

@@ -19,19 +19,25 @@ class Walk:
         self.module = sys.modules[component.__module__]
         self.findings: list[Finding] = []
         self.sources: list[Source] = []
-        self._results, self._said = {}, set()
+        self._results, self._said, self._under_way = {}, set(), []
 
     def kernel(self, function, kinds: list, caller=None) -> Kind:
         """Read a kernel with arguments of these kinds, once; return the kind of its result."""
         key = (plain(function), *kinds)
+        if plain(function) in self._under_way:
+            scope, line = caller
+            self.report(scope, line, f"{function.__name__} calls itself, which no kernel may; write a loop over a range")
+            return UNKNOWN
         if key not in self._results:
-            self._results[key] = UNKNOWN  # a kernel that calls itself
+            self._results[key] = UNKNOWN
             found = source(function)
             if found is not None:
                 self.sources.append(found)
             if found is not None and len(found.arguments) == len(kinds):
                 scope = Scope(self, found, dict(zip(found.arguments, kinds)), caller)
+                self._under_way.append(plain(function))
                 statements.read(scope, found.tree.body)
+                self._under_way.pop()
                 self._results[key] = scope.result
         return self._results[key]
 
