@@ -95,7 +95,7 @@ def keep(folder: Path, name: str, content: bytes) -> Path:
 
 
 def _unwritten(path: Path, error: OSError) -> FlightError:
-    return FlightError(f"'{path}' cannot be written: {(error.strerror or str(error)).lower()}; another folder is named with "
+    return FlightError(f"'{path}' cannot be written: {(error.strerror or str(error)).lower()}; another folder is named by "
                        "FLIGHT_CACHE_DIR")
 
 

@@ -57,8 +57,8 @@ def operation(scope: Scope, node: ast.AST, sign: ast.AST, *kinds: Kind) -> Kind:
         return _values(scope, node, sign, kinds)
     if all(isinstance(kind, Number) for kind in kinds):
         if sign in _NOT_OF_TRUTHS and all(kind.of is bool for kind in kinds):
-            return scope.report(node, f"{ast.unparse(node)}: a truth is no number to compute with, and differs there between "
-                                      "compiled and plain Python; write int(...) of it")
+            return scope.report(node, f"{ast.unparse(node)}: a truth is no number to compute with, and differs there "
+                                      "between compiled and plain Python; write int(...) of it")
         return _numbers(sign, kinds)
     return TRUTH if issubclass(sign, ast.cmpop) else UNKNOWN
 
