@@ -46,10 +46,10 @@ def run_component(use: str, default_name: str, arguments: list[str], announce=No
         from flight_graph.engines import compilation
         if not numba.config.DISABLE_JIT:
             compilation.load({use: component})  # before anybody sees the node, and sends
+        leaving.keep_imports()
+        return leaving.leave(_run(use, component, default_name, arguments, announce or tell_errors))
     except KeyboardInterrupt:
         return leaving.leave(0)
-    leaving.keep_imports()
-    return leaving.leave(_run(use, component, default_name, arguments, announce or tell_errors))
 
 
 def _run(use, component, default_name, arguments, announce) -> int:

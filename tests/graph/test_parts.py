@@ -145,7 +145,8 @@ def test_spoiled_code_is_not_loaded_but_made_anew(tmp_path):
     assert len(path.read_bytes()) == len(whole) and parts.load(*used.values())
 
 
-def test_a_spoiled_driver_is_made_anew(tmp_path):
+def test_a_spoiled_driver_is_made_anew(tmp_path, monkeypatch):
+    monkeypatch.setenv("FLIGHT_CACHE_DIR", str(tmp_path / "cache"))  # the driver of the others stays as it is
     data = component(tmp_path, "driven", COUNTING)
     CompiledRun(Scenario(data, "n.yaml")).compile()
     code = f"""
