@@ -10,6 +10,7 @@ import ast
 import operator
 
 from flight_graph.errors import FlightError, unknown
+from flight_graph.syntax import parse
 
 
 class Several(dict):
@@ -39,7 +40,7 @@ def evaluate(expression: str, results: dict):
 
 def _parse(expression):
     try:
-        return ast.parse(expression.strip(), mode="eval")
+        return parse(expression.strip(), mode="eval")
     except SyntaxError:
         raise FlightError(f"claims: '{expression}' is no expression") from None
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from types import FunctionType
 
+from flight_graph.syntax import parse
 from flight_math.kernel import plain
 
 MISSING = object()
@@ -57,7 +58,7 @@ def source(function) -> Source | None:
 def tree(path: str) -> ast.Module | None:
     """The syntax tree of a file; None when it cannot be read."""
     try:
-        return ast.parse("".join(linecache.getlines(path)))
+        return parse("".join(linecache.getlines(path)))
     except SyntaxError:
         return None
 

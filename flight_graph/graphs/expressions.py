@@ -10,6 +10,7 @@ import math
 import operator
 
 from flight_graph.errors import FlightError, unknown
+from flight_graph.syntax import parse
 from flight_graph.text_files import short
 from flight_math import elementary
 from flight_math.uncompiled import uncompiled
@@ -60,7 +61,7 @@ def _parsed(text, where):
     try:
         if len(text) > LONGEST:
             raise ValueError
-        return ast.parse(text.lstrip().removeprefix("=").strip(), mode="eval")
+        return parse(text.lstrip().removeprefix("=").strip(), mode="eval")
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         raise FlightError(f"{where}: '{short(text)}' is no expression of at most {LONGEST} characters; write for example "
                           "'= 2 * plant.gravity'") from None
