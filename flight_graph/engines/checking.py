@@ -116,8 +116,14 @@ def _run(single, component, part, state):
         place = source(getattr(component, part))
         raise FlightError(str(Finding(place.path, place.tree.lineno, name, "it does not come to its end on empty inputs, "
                                       "which is what it gets until the first messages arrive")))
-    if is_raised(int(state["fault"][0])):
-        place = re.search(r" raised (?P<what>.+) \((?P<file>.+), line (?P<line>\d+)\)$", said[0])
+    place = re.search(r" raised (?P<what>.+) \((?P<file>.+), line (?P<line>\d+)\)$", said[0] or "")
+    if place and is_raised(int(state["fault"][0])):
         what = re.sub("^IndexError: .*", "an index is outside of its array or value", place["what"])
         raise FlightError(str(Finding(place["file"], int(place["line"]), name, f"{what} (found in a run on empty inputs)")))
+    code = int(state["fault"][0])
+    if code and code not in component.faults:
+        place = source(getattr(component, part))
+        known = ", ".join(map(str, component.faults)) or "none"
+        raise FlightError(str(Finding(place.path, place.tree.lineno, name, f"it sets the fault {code}, for which the "
+                                      f"class's faults have no sentence; they have {known}")))
     state["fault"] = 0  # what a kernel finds wrong with empty inputs is no mistake

@@ -19,6 +19,9 @@ OUTSIDE = [
     inserted("index that depends on the state", "x.count += int(p.table[x.count + 4, 0])", "an index is outside"),
     inserted("loop that depends on the state", "for i in range(x.count + 5):\n    x.count += int(torque[i])",
              "an index is outside", line="torque[i]"),
+    inserted("fault without a sentence", "x.fault = 9", "it sets the fault 9", "have no sentence", line="def law("),
+    inserted("fault among the codes of errors", "x.fault = -4611686018427387904 + 5", "it sets the fault -46116",
+             "have no sentence", line="def law("),
 ]
 
 
