@@ -3,6 +3,7 @@
 With NUMBA_DISABLE_JIT=1 in the environment the same schedule is walked in plain Python (engine ``python``).
 """
 
+import threading
 import time
 from dataclasses import dataclass, field
 
@@ -20,6 +21,7 @@ from flight_graph.timebase import SECOND, stamp_parts
 from msg_schemas.signal import Signal
 
 SHORTEST_CHUNK = 2000  # [ticks] between calls of progress
+LAST_TICK_S = 2.0  # [s] that an interrupted tick is waited for
 LONGEST_CHUNK = 200_000  # [ticks] until an interruption is seen
 
 
@@ -160,11 +162,27 @@ class Flight:
             self._advance_plainly(tick)
             return
         self._control["end"] = tick
-        if driver.function("run")(driver.address(self._control)):
+        if self._drive():
             firing = self._schedule.firings[int(self._control["who"][0])]
             self._tick = int(self._control["tick"][0])
             self._stopped(firing.node, firing.part, int(self._control["stop"][0]))
         self._tick = int(self._control["tick"][0])
+
+    def _drive(self) -> int:
+        """Run the driver to its end; in a thread, where this one is to hear signals: inside of machine code it cannot."""
+        run, control = driver.function("run"), driver.address(self._control)
+        if threading.current_thread() is not threading.main_thread():
+            return run(control)
+        said, ended = [], threading.Event()  # an interrupted join of CPython 3.11 takes its thread for ended
+        threading.Thread(target=lambda: (said.append(run(control)), ended.set()), daemon=True).start()
+        try:
+            ended.wait()
+        except KeyboardInterrupt:
+            self._control["end"] = 0  # the driver leaves between two ticks
+            if not ended.wait(LAST_TICK_S):
+                raise FlightError("interrupted, and a kernel does not come to its end: flight check finds which") from None
+            raise
+        return said[0]
 
     def _advance_plainly(self, end):
         with np.errstate(all="ignore"):

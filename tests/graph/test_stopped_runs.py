@@ -130,3 +130,50 @@ def test_what_resolve_returns_is_checked():
 
     with pytest.raises(FlightError, match="part.number: 11.0 is not allowed"):
         declared.resolved(Wrong, Wrong.parameters.defaults(), "part", None)
+
+
+def test_a_kernel_without_end_can_be_interrupted(tmp_path):
+    """Ctrl-C is heard while machine code runs, and the run ends with a sentence."""
+    (tmp_path / "law.py").write_text("""
+from flight_graph.components.component import Component
+from flight_graph.components.records import Parameters, State, field
+from flight_math import kernel
+from msg_schemas import cubli
+
+
+class LawParameters(Parameters):
+    go: bool = field(True)
+
+
+class LawState(State):
+    count: int
+
+
+@kernel
+def law(t_ns, p, x, attitude, command):
+    while p.go:
+        x.count += 1
+
+
+class Law(Component):
+    parameters, state, kernel = LawParameters, LawState, law
+    inputs, outputs = {"attitude": cubli.ATTITUDE}, {"command": cubli.COMMAND}
+""")
+    data = {"name": "endless", "title": "t", "duration_s": 1, "components": {
+        "plant": {"use": "sim_nodes/cubli_plant"}, "law": {"use": f"{tmp_path / 'law.py'}:Law"}},
+            "connect": {"law.attitude": "plant.attitude"}}
+    code = f"""
+import os, signal, threading
+from flight_graph.engines.compiled import CompiledRun
+from flight_graph.graphs.scenario import Scenario
+run = CompiledRun(Scenario({data!r}, "endless.yaml"))
+run.compile()
+threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+try:
+    run.run()
+except ValueError as error:
+    print(error, flush=True)
+os._exit(0)
+"""
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=120)
+    assert "interrupted, and a kernel does not come to its end" in done.stdout, done.stderr
