@@ -10,6 +10,8 @@ from mcap import records
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 
+from flight_graph.bags.reader import read_bag
+
 MAGIC = b"\x89MCAP0\r\n"
 START = 1_700_000_000_000_000_000  # [ns]
 STEP = 100_000_000  # [ns]
@@ -64,5 +66,11 @@ def by_mcap(content: bytes) -> list:
             NonSeekingReader(BytesIO(content)).iter_messages(log_time_order=False)]
 
 
-__all__ = ["COUNT", "INT32", "MAGIC", "Opcode", "START", "STEP", "by_mcap", "chunk", "counting", "file", "int32", "message",
+def bag_of(tmp_path, content, name="x.mcap"):
+    path = tmp_path / name
+    path.write_bytes(content)
+    return read_bag(path)
+
+
+__all__ = ["COUNT", "INT32", "MAGIC", "Opcode", "START", "STEP", "bag_of", "by_mcap", "chunk", "counting", "file", "int32", "message",
            "raw_record", "record"]
