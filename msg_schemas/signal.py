@@ -6,22 +6,17 @@ lengths). Its NumPy dtype carries the message's own field names (``imu.angular_v
 Publishing is sending the record's bytes behind the four-byte encapsulation header, receiving is copying them back.
 """
 
-import struct
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from msg_schemas.definitions import Nodetype, definition, deserialize
+from msg_schemas.body_layout import BodyLayout, leaves, record_dtype
+from msg_schemas.definitions import deserialize
 from msg_schemas.qos import Role
 
 ENCAPSULATION = b"\x00\x01\x00\x00"  # CDR, little endian
 _LITTLE_ENDIAN = ENCAPSULATION[:2]
-_PRIMITIVES = {
-    "bool": "?", "byte": "u1", "octet": "u1", "char": "u1", "uint8": "u1", "int8": "i1", "uint16": "<u2", "int16": "<i2",
-    "uint32": "<u4", "int32": "<i4", "uint64": "<u8", "int64": "<i8", "float32": "<f4", "float64": "<f8",
-}
 LONGEST_VALUE = 16  # longer arrays of float64 are read by reference
-_GROUPS = (["x", "y", "z"], ["x", "y", "z", "w"])
 ROUNDING = 1e-12  # [SI unit of the field] two values that differ by less are the same but for rounding
 
 
@@ -48,108 +43,6 @@ class Quantity:
         return 1 if self.length is None else self.length
 
 
-class _Layout:
-    """Walks a message definition once, and lays out its CDR body: fields, constant bytes, padding."""
-
-    def __init__(self, type_name, fixed, groups):
-        self.fixed, self.groups = fixed, groups
-        self.body = bytearray()
-        self.padding = []
-        self.unused, self.constants = set(fixed), {}
-        self.quaternions = {name for parts in groups.values() for name, quantity in parts.items() if quantity.quaternion}
-        self.fields = self._struct(definition(type_name).fields, "", 0)
-        if self.unused:
-            raise ValueError(f"{type_name} has no variable part called {sorted(self.unused)}")
-
-    def _align(self, size):
-        while len(self.body) % size:
-            self.padding.append(len(self.body))
-            self.body.append(0)
-
-    def _constant(self, path, default):
-        self.unused.discard(path)
-        self.constants[path] = self.fixed.get(path, default)
-        return self.constants[path]
-
-    def _string(self, text):
-        self._align(4)
-        encoded = text.encode() + b"\0"
-        self.body += struct.pack("<I", len(encoded)) + encoded
-
-    def _number(self, fmt, shape=()):
-        itemsize = np.dtype(fmt).itemsize
-        count = int(np.prod(shape)) if shape else 1
-        if count:
-            self._align(itemsize)
-        start = len(self.body)
-        self.body += bytes(itemsize * count)
-        return ((fmt, shape) if shape else fmt), start
-
-    def _struct(self, fields, prefix, base):
-        names = []
-        for name, node in fields:
-            made = self._field(f"{prefix}{name}", node)
-            if made is None:
-                continue
-            for entry, fmt, start in self._grouped(f"{prefix}{name}", name, *made):
-                names.append((entry, fmt, start - base))
-        return names
-
-    def _grouped(self, path, name, fmt, start):
-        """Split a float64 array into its named quantities, where the signal names them."""
-        if path not in self.groups:
-            yield name, fmt, start
-            return
-        for entry, quantity in self.groups[path].items():
-            yield entry, ("<f8" if quantity.length is None else ("<f8", (quantity.length,))), start
-            start += 8 * quantity.count
-
-    def _field(self, path, node):
-        kind, argument = node
-        if kind == Nodetype.BASE:
-            if argument[0] == "string":
-                self._string(self._constant(path, ""))
-                return None
-            return self._number(_PRIMITIVES[argument[0]])
-        if kind == Nodetype.NAME:
-            return self._nested(argument, path)
-        (element_kind, element), length = argument
-        if kind == Nodetype.SEQUENCE:
-            length = self._constant(path, 0)
-            self._align(4)
-            self.body += struct.pack("<I", length if isinstance(length, int) else len(length))
-            if element_kind == Nodetype.BASE and element[0] == "string":
-                for text in length or []:
-                    self._string(text)
-                return None
-        if length == 0:
-            return None
-        if element_kind == Nodetype.BASE:
-            return self._number(_PRIMITIVES[element[0]], (length,))
-        if length != 1:
-            raise ValueError(f"{path}: a sequence of {length} structures has no fixed record; length 1 has")
-        return self._nested(element, path)
-
-    def _nested(self, type_name, path):
-        fields = definition(type_name).fields
-        names = [name for name, _ in fields]
-        kinds = {node for _, node in fields}
-        if names in _GROUPS and len(kinds) == 1 and next(iter(kinds))[0] == Nodetype.BASE:
-            if len(names) == 4:
-                self.quaternions.add(path)
-            return self._number(_PRIMITIVES[fields[0][1][1][0]], (len(names),))
-        base = len(self.body)
-        entries = self._struct(fields, f"{path}.", base)
-        if not entries:
-            return None
-        return _dtype(entries, len(self.body) - base), base
-
-
-def _dtype(entries, itemsize):
-    names, formats, offsets = zip(*entries)
-    return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": itemsize})
-
-
 @dataclass(frozen=True, eq=False)
 class Signal:
     """One kind of message on the wire.
@@ -173,11 +66,11 @@ class Signal:
         for name in (name for parts in self.groups.values() for name in parts):
             if hasattr(np.record, name):
                 raise ValueError(f"{self.topic}: '{name}' is an attribute of every NumPy record; take another name")
-        layout = _Layout(self.type_name, dict(self.fixed), self.groups)
+        layout = BodyLayout(self.type_name, dict(self.fixed), self.groups)
         size = len(layout.body)
-        dtype = _dtype(layout.fields, (size + 7) // 8 * 8)
+        dtype = record_dtype(layout.fields, (size + 7) // 8 * 8)
         variable = np.zeros(size, bool)
-        for _, _, start, length in _leaves(dtype):
+        for _, _, start, length in leaves(dtype):
             variable[start:start + length] = True
         constant = ~variable
         constant[layout.padding] = False
@@ -276,7 +169,7 @@ class Signal:
 
     def leaves(self):
         """Yield (path, dtype, offset, length in bytes) of every numeric field of the record."""
-        return _leaves(self.dtype)
+        return leaves(self.dtype)
 
     def floor(self, column: str) -> float:
         """The floor of a column of its table (``position[angles[0]]``), in the field's SI unit."""
@@ -300,18 +193,9 @@ def _difference(path, mine, theirs):
                    f"{value if isinstance(value, int) else len(value or ())} long" for value in (mine, theirs))
 
 
-def _leaves(dtype, prefix="", base=0):
-    for name in dtype.names:
-        sub, offset = dtype.fields[name][:2]
-        if sub.names:
-            yield from _leaves(sub, f"{prefix}{name}.", base + offset)
-        else:
-            yield f"{prefix}{name}", sub, base + offset, sub.itemsize
-
-
 def _values(dtype, quaternions):
     """Yield (path, kind) of the fields that a kernel sees as values: Vec3, Quaternion, or the length of a vector."""
-    for path, field_type, _, _ in _leaves(dtype):
+    for path, field_type, _, _ in leaves(dtype):
         if field_type.base == np.dtype("<f8") and field_type.ndim == 1 and field_type.shape[0] <= LONGEST_VALUE:
             yield path, "Quaternion" if path in quaternions else "Vec3" if field_type.shape == (3,) else field_type.shape[0]
 
