@@ -127,7 +127,7 @@ def node(
         print(context.command.get_help(context))
         return
     arguments = list(context.args)
-    if ":" in package:
+    if ":" in package or package.endswith(".py"):
         raise typer.Exit(run_component(package, package.rpartition(":")[2].lower(), arguments))
     if "/" in package:  # as scenarios write it
         package, _, executable = package.partition("/")

@@ -52,8 +52,10 @@ def find(name: str) -> type[Component]:
             raise FlightError(f"'{name}' is not a component (a subclass of flight_graph.components.component.Component)"
                               + (f"; {source} has {', '.join(known)}" if known else ""))
         return found
+    if name.endswith(".py"):
+        raise FlightError(f"'{name}' is a file; name the component in it: {name}:Class")
     package, _, executable = name.partition("/")
-    if not executable:
+    if not package or not executable:
         raise FlightError(f"'{name}' names no component; write package/executable, module:Class or file.py:Class")
     table = executables(package)
     if executable not in table:

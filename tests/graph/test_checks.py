@@ -83,6 +83,9 @@ CASES = {
     "unknown executable": (put("components/plant/use", "sim_nodes/cubli_plan"), "did you mean 'cubli_plant'"),
     "unknown file": (put("components/plant/use", "nowhere.py:Plant"), "components.plant.use: there is no file '", "nowhere.py"),
     "unknown class": (put("components/plant/use", f"{toy.__file__}:Plan"), "no component called 'Plan'; did you mean 'Plant'?"),
+    "a file without a class": (put("components/plant/use", "my_plant.py"), "'my_plant.py' is a file; name the component in it: "
+                               "my_plant.py:Class"),
+    "a path": (put("components/plant/use", "/tmp"), "'/tmp' names no component; write package/executable"),
     "a program": (put("components/plant/use", "sim_nodes/recorder"), "is not a component"),
     "epoch zero": (put("epoch_ns", 0), "epoch_ns: 0 is not allowed"),
     "epoch too late": (put("epoch_ns", 2**31 * 10**9), "epoch_ns: ", "31 bits"),
