@@ -113,7 +113,7 @@ def metrics_table(scenario, outcome) -> Table:
     table = Table("metric", "value", title=f"{scenario.name} ({outcome.engine}, {scenario.duration_ns / 1e9:g} s "
                   f"in {outcome.wall_s:.3g} s)", title_justify="left")
     for name, value in outcome.metrics.items():
-        add(table, name, number(value))
+        add(table, name, "none" if value is None and not name.endswith("_s") else number(value))  # a time: never
     return table
 
 
