@@ -15,6 +15,7 @@ from flight_graph.bags.description import FILE_NAME, from_yaml, read_description
 from flight_graph.bags.errors import BagError, quoted
 from flight_graph.bags.file_content import map_file
 from flight_graph.bags.file_kinds import is_sqlite, refuse_other_kind
+from flight_graph.bags.files import in_folder
 from flight_graph.bags.journal import is_live, read_journal
 from flight_graph.bags.mcap_file import LIBRARY, MAGIC
 from flight_graph.bags.mcap_records import Damage
@@ -116,7 +117,8 @@ def _salvage_all(path):
         return [_salvage(path)]
     if is_live(path):
         raise BagError(f"bag '{path}' is still being recorded; stop the recorder first")
-    files = sorted([*path.glob("*.mcap"), *path.glob("*.mcap.zstd")], key=lambda file: (len(file.name), file.name))
+    found = in_folder(path)
+    files = [file for file in found if ".mcap" in file.suffixes]
     named, compressed = [], False
     if (path / FILE_NAME).exists():
         try:
@@ -128,6 +130,8 @@ def _salvage_all(path):
         except ValueError:
             pass
     if not files:
+        if found:
+            _refuse_sqlite(found[0])
         raise BagError(f"'{path}' holds no .mcap file")
     files = named + [file for file in files if file not in named]
     parts = [_salvage(file) if len(files) == 1 else _salvage_one_of_many(file) for file in files]
@@ -152,9 +156,14 @@ def _salvage_one_of_many(file):
     return part
 
 
+def _refuse_sqlite(file):
+    """Raise BagError: a damaged SQLite bag is a matter of its own tool."""
+    raise BagError(f"'{file}' is an SQLite bag: sqlite3 itself saves what is intact (sqlite3 {quoted(file)} .recover)")
+
+
 def _salvage(file):
     if is_sqlite(file):
-        raise BagError(f"'{file}' is an SQLite bag: sqlite3 itself saves what is intact (sqlite3 {quoted(file)} .recover)")
+        _refuse_sqlite(file)
     try:
         data = map_file(file)
     except Damage as damage:

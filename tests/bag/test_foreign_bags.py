@@ -237,6 +237,10 @@ def test_a_database_that_is_no_bag(tmp_path):
         database.execute("create table notes (text)")
     with pytest.raises(BagError, match="its table 'topics' is missing"):
         read_bag(tmp_path / "x.db3")
+    from flight_graph.bags.recover import recover
+    for damaged in (tmp_path, tmp_path / "x.db3"):
+        with pytest.raises(BagError, match="x.db3' is an SQLite bag: sqlite3 itself saves what is intact"):
+            recover(damaged, tmp_path / "saved")
     (tmp_path / "y.db3").write_bytes(b"SQLite format 3\0" + bytes(200))
     with pytest.raises(BagError, match="not a sound bag"):
         read_bag(tmp_path / "y.db3")
