@@ -1,4 +1,4 @@
-"""Small dense matrices in kernels: Cholesky and L D L^T, solutions, eigenvalues of a symmetric matrix by Jacobi rotations.
+"""Small dense matrices in kernels: Cholesky factor and solution, eigenvalues of a symmetric matrix by Jacobi rotations.
 
 Written out with loops because a kernel uses no BLAS or LAPACK, whose bits depend on the machine.
 """
@@ -96,40 +96,3 @@ def symmetric_eigen(matrix, vectors, size):
                 matrix[q, p] = 0.0
         if not rotated:
             return
-
-
-@kernel
-def ldl(matrix, size):
-    """Overwrite the lower triangle of ``matrix[:size, :size]``: D on the diagonal, below it L, matrix = L D L^T.
-
-    matrix: symmetric; no square root, no pivoting: for definite ones, or where no pivot is near zero. Returns the smallest
-    |pivot|.
-    """
-    smallest = math.inf
-    for column in range(size):
-        pivot = matrix[column, column]
-        for k in range(column):
-            pivot -= matrix[column, k] * matrix[column, k] * matrix[k, k]
-        matrix[column, column] = pivot
-        smallest = min(smallest, abs(pivot))
-        for row in range(column + 1, size):
-            value = matrix[row, column]
-            for k in range(column):
-                value -= matrix[row, k] * matrix[column, k] * matrix[k, k]
-            matrix[row, column] = value / pivot
-    return smallest
-
-
-@kernel
-def ldl_solve(factor, size, vector):
-    """Overwrite ``vector[:size]`` with the solution x of L D L^T x = vector."""
-    for row in range(size):
-        value = vector[row]
-        for k in range(row):
-            value -= factor[row, k] * vector[k]
-        vector[row] = value
-    for row in range(size - 1, -1, -1):
-        value = vector[row] / factor[row, row]
-        for k in range(row + 1, size):
-            value -= factor[k, row] * vector[k]
-        vector[row] = value

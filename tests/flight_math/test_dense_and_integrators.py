@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from flight_math import Quaternion, Vec3, kernel, plain, quaternion, rk4, rk4_array, rk4_between, stack_array, vec3
-from flight_math.dense import cholesky, cholesky_solve, copy, ldl, ldl_solve, symmetric_eigen
+from flight_math.dense import cholesky, cholesky_solve, copy, symmetric_eigen
 from tests.flight_math.value_cases import bits
 
 
@@ -39,18 +39,6 @@ def test_copy_of_an_array_of_any_layout():
 
 def test_cholesky_tells_what_is_not_definite():
     assert cholesky(np.array([[1.0, 2.0], [2.0, 1.0]]), 2) == -3.0
-
-
-@pytest.mark.parametrize("size", [1, 3, 8])
-def test_ldl_solves_symmetric_systems(size):
-    matrix, right = definite(size, size + 20), np.linspace(-1.0, 1.0, size)
-    solution, factor = right.copy(), matrix.copy()
-    smallest = ldl(factor, size)
-    unit, diagonal = np.tril(factor, -1) + np.eye(size), np.diag(factor)
-    np.testing.assert_allclose(unit * diagonal @ unit.T, matrix, rtol=1e-11, atol=1e-12)
-    assert smallest == np.min(np.abs(diagonal))
-    ldl_solve(factor, size, solution)
-    np.testing.assert_allclose(matrix @ solution, right, rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize("size, spread", [(1, 1.0), (3, 1.0), (4, 0.01), (9, 0.3)])
