@@ -148,7 +148,6 @@ def monitor(topics: spacerobot.Topics) -> type[Component]:
                   "torque": topics.torque_estimate, "parameters": topics.parameters, "control": topics.control,
                   "wheels": topics.wheel_state}
         optional_inputs = ("parameters", "wheels")
-        tolerates_nonfinite = ("joints",)
         outputs = {"status": topics.monitor, "health": topics.health}
         output_rate_hz = {"health": 1.0}
         rate_hz = 50.0

@@ -91,7 +91,6 @@ def controller(topics: spacerobot.Topics) -> type[Component]:
         inputs = {"reference": topics.reference, "odometry": topics.odometry, "joints": topics.joint_estimate,
                   "accelerations": topics.accelerations, "parameters": topics.parameters, "wheels": topics.wheel_state}
         optional_inputs = ("accelerations", "parameters", "wheels")
-        tolerates_nonfinite = ("joints",)
         outputs = {"joint_command": topics.joint_command, "base_command": topics.base_command,
                    "control": topics.control}
         rate_hz = 50.0

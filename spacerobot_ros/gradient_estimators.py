@@ -119,7 +119,6 @@ def estimators(topics: spacerobot.Topics) -> tuple[type[Component], type[Compone
         parameters, state = lyapunov_parameters(topics.joints), estimator_state(topics.joints)
         inputs, outputs = reads, writes
         optional_inputs = ("monitor",)
-        tolerates_nonfinite = ("joints",)
         rate_hz = 50.0
         start, kernel = start, adapt_lyapunov
 
@@ -135,7 +134,6 @@ def estimators(topics: spacerobot.Topics) -> tuple[type[Component], type[Compone
         parameters, state = natural_parameters(topics.joints), estimator_state(topics.joints)
         inputs, outputs = reads, writes
         optional_inputs = ("monitor",)
-        tolerates_nonfinite = ("joints",)
         rate_hz = 50.0
         start, kernel = start, adapt_natural
 

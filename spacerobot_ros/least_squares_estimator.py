@@ -133,7 +133,6 @@ def covariance_estimator(topics: spacerobot.Topics, entries, memory, function, s
         inputs = {"odometry": topics.odometry, "joints": topics.joint_estimate, "accelerations": topics.accelerations,
                   "torque": topics.torque_estimate, "monitor": topics.monitor}
         optional_inputs = ("monitor",)
-        tolerates_nonfinite = ("joints",)
         outputs = {"parameters": topics.parameters, "telemetry": topics.estimator}
         rate_hz = 50.0
         start, kernel = start, function

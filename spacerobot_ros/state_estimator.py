@@ -105,7 +105,6 @@ def estimator(topics: spacerobot.Topics) -> type[Component]:
         parameters, state = StateEstimatorParameters, estimator_state(topics.joints)
         inputs = {"imu": topics.imu, "star_tracker": topics.star_tracker, "joint_states": topics.joint_state,
                   "base_torque": topics.base_torque}
-        tolerates_nonfinite = ("joint_states",)
         outputs = {"odometry": topics.odometry, "joints": topics.joint_estimate, "accelerations": topics.accelerations,
                    "torque": topics.torque_estimate}
         rate_hz = 50.0

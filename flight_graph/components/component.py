@@ -74,7 +74,6 @@ class Component:
     formatted: ClassVar[tuple[Formatted, ...]] = ()
     faults: ClassVar[dict[int, str]] = {}  # state.fault -> sentence; {name}: of parameters, state, outputs
     optional_inputs: ClassVar[tuple[str, ...]] = ()  # may stay unconnected (they read zero)
-    tolerates_nonfinite: ClassVar[tuple[str, ...]] = ()  # inputs whose NaN the kernel handles itself
     start = None
     kernel = None
     output = None

@@ -121,8 +121,7 @@ def _check_parts(cls):
 
 
 def _check_lists(cls):
-    for declaration, ports, kind in (("output_rate_hz", cls.outputs, "output"), ("optional_inputs", cls.inputs, "input"),
-                                     ("tolerates_nonfinite", cls.inputs, "input")):
+    for declaration, ports, kind in (("output_rate_hz", cls.outputs, "output"), ("optional_inputs", cls.inputs, "input")):
         given = getattr(cls, declaration)
         if isinstance(given, str):
             refuse(cls, declaration, f"{given!r} is a text; write a tuple: ({given!r},)")
