@@ -35,7 +35,8 @@ def main() -> None:
 
 def smallest(content, halvings, jobs, advance) -> list[flips.Flipped]:
     """Each row under the smallest share of its change that was found to flip it, by bisection, all rows side by side."""
-    best = {one.claim.id: one for one in flips.flip_rows(content, [(claim, 1.0) for claim in content.claims], jobs, advance)}
+    whole = flips.flip_rows(content, [(claim, 1.0) for claim in content.claims], jobs, advance)
+    best = {one.claim.id: one for one in whole}
     low = {claim.id: 0.0 for claim in content.claims if flips.is_gradual(content, claim)
            and best[claim.id].judged.verdict != claim.expect}
     for _ in range(halvings):

@@ -30,7 +30,9 @@ def main() -> None:
         if rows_of:
             for row in rows:
                 found = "; ".join(f"{label} {number(value)}".strip() for label, value in row.found.items())
-                print(f"| {row.claim.statement} | {row.claim.where} | {row.claim.says} | {found} | {row.verdict} |".replace("\n", " "))
+                claim = row.claim
+                cells = [claim.statement, claim.where, claim.says, found, row.verdict]
+                print(f"| {' | '.join(cells)} |".replace("\n", " "))
             continue
         found = Counter((row.claim.statement, row.verdict) for row in rows)
         title = claims.read(name).title

@@ -1,4 +1,4 @@
-"""Claims of a paper: the rows of its table, recomputed from runs and judged (the table: `flight_graph.claims.claims_file`)."""
+"""Claims of a paper: the rows of its table (`flight_graph.claims.claims_file`), recomputed from runs and judged."""
 
 import importlib
 from dataclasses import dataclass, field

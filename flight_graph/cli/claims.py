@@ -144,8 +144,9 @@ def table(content, rows):
     shown = Table(*columns, title_justify="left", title=f"{content.title}\n{content.source}")
     for row in rows:
         mark = "" if row.as_expected else " (changed!)"
-        cells = [f"[dim]{row.claim.statement}[/dim]\n{escape(row.claim.where)}", escape(row.claim.says), escape(_found(row)),
-                 escape(row.claim.relation.text if row.claim.relation else ""), _coloured(row.verdict, mark)]
+        wanted = row.claim.relation.text if row.claim.relation else ""
+        cells = [f"[dim]{row.claim.statement}[/dim]\n{escape(row.claim.where)}", escape(row.claim.says),
+                 escape(_found(row)), escape(wanted), _coloured(row.verdict, mark)]
         if judged:
             cells.append("" if row.estimated_verdict is None else
                          f"{_coloured(row.estimated_verdict)}\n{escape(_estimated(row.estimated))}")
