@@ -11,6 +11,7 @@ import numba
 import numpy as np
 
 from flight_graph.engines import compilation, driver
+from flight_graph.engines.addresses import address
 from flight_graph.engines.memory import refuse_too_long
 from flight_graph.engines.plain_driver import PlainTables
 from flight_graph.engines.schedule import Schedule
@@ -66,7 +67,7 @@ class CompiledRun:
 
     def __init__(self, scenario: Scenario, check_bounds: bool = False):
         self.scenario, self.graph, self.check_bounds = scenario, scenario.graph, check_bounds
-        self.schedule = Schedule.of(self.graph, scenario.recorded())
+        self.schedule = Schedule.of(self.graph, scenario.recorded(), scenario.faults)
         self._codes = None
 
     @property
@@ -170,7 +171,7 @@ class Flight:
 
     def _drive(self) -> int:
         """Run the driver to its end; in a thread, where this one is to hear signals: inside of machine code it cannot."""
-        run, control = driver.function("run"), driver.address(self._control)
+        run, control = driver.function("run"), address(self._control)
         if threading.current_thread() is not threading.main_thread():
             return run(control)
         said, ended = [], threading.Event()  # an interrupted join of CPython 3.11 takes its thread for ended
@@ -218,8 +219,8 @@ class Flight:
 
     def _stopped(self, name, part, code):
         component = self._graph.nodes[name].component
-        records = Records(self.arrays[f"P_{name}"], self.arrays[f"X_{name}"],
-                          {port: self.arrays[f"O_{name}_{port}"] for port in component.outputs})
+        records = Records(self.arrays[f"P_{name}"], self.arrays[f"X_{name}"], {
+            port: self.arrays.get(f"E_{name}_{port}", self.arrays[f"O_{name}_{port}"]) for port in component.outputs})
         errors = self._codes[name][part].errors if self._codes else None
         sentence = stop_sentence(name, part, component, code, records, self._seconds(), errors)
         self.stop = RunStopped(sentence, REASONS[code], self._tick * self._graph.base_ns)
@@ -232,6 +233,7 @@ class Flight:
                 if made.log is not None:
                     records = self.arrays[made.log][:counts[made.log]]
                     period = self._schedule.log_period_ns(firing.node, made.port)
-                    tracks.append(Track(made.signal.topic, made.signal, firing.node, made.port,
-                                        np.arange(len(records)) * period, records))
+                    stamps = np.arange(len(records)) * period if made.times is None else (
+                        self.arrays[made.times][:len(records)] * self._graph.base_ns)
+                    tracks.append(Track(made.signal.topic, made.signal, firing.node, made.port, stamps, records))
         return tracks

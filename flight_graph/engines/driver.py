@@ -11,40 +11,27 @@ from pathlib import Path
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, types
-from numba.core import cgutils
+from numba import types
 from numba.extending import intrinsic
 
 from flight_graph.engines import cache as store
-from flight_graph.engines import parts
+from flight_graph.engines import effects, parts
+from flight_graph.engines.addresses import address, compiled, copy, half_at, row, set_word_at, word_at
+from flight_graph.engines.effects import BEGINS_ANEW, IS_DOWN, table
+from flight_graph.engines.fault_tables import FaultTables
 from flight_graph.engines.schedule import Schedule, finite_runs, stamp_offset
 from flight_graph.engines.stops import FAULT, NONFINITE
+from flight_math.kernel import library
 
 _WORD = "<i8"
 
-
-def _table(*names):
-    return np.dtype([(name, _WORD) for name in names])
-
-
-CONTROL = _table("tick", "end", "epoch_ns", "base_ns", "stop", "who", "holds", "holds_end", "firings", "firings_end")
-HOLD = _table("next", "period", "target", "origin", "size")
-FIRING = _table("next", "period", "part", "parameters", "state", "records", "fault", "outputs", "outputs_end")
-OUTPUT = _table("next", "period", "stamp", "record", "size", "runs", "runs_end", "visible", "log", "log_next", "log_period")
-RUN = _table("offset", "count", "is_double")  # of floats that must be finite: bytes of a record
+CONTROL = table("tick end epoch_ns base_ns stop who holds holds_end firings firings_end")
+HOLD = table("next period target origin size")
+FIRING = table("next period part parameters state records fault outputs outputs_end own start")
+OUTPUT = table("next period stamp record size runs runs_end visible log log_next log_period channel times")
+RUN = table("offset count is_double")  # of floats that must be finite: bytes of a record
 _HOLD_SIZE, _FIRING_SIZE, _OUTPUT_SIZE, _RUN_SIZE = (table.itemsize for table in (HOLD, FIRING, OUTPUT, RUN))
 _EXPONENT, _EXPONENT_4 = 0x7FF0000000000000, 0x7F800000  # all ones in inf and NaN
-
-
-@intrinsic
-def row(typing, address, dtype):
-    """The record of a (constant) NumPy dtype at an address."""
-    record = dtype.dtype
-
-    def codegen(context, builder, signature, args):
-        return builder.inttoptr(args[0], context.get_value_type(record))
-
-    return record(address, dtype), codegen
 
 
 @intrinsic
@@ -59,50 +46,7 @@ def call(typing, part, t_ns, parameters, state, records):
     return types.void(*[types.int64] * 5), codegen
 
 
-@intrinsic
-def word_at(typing, address):
-    """The int64 at an address that may lie at a multiple of four bytes."""
-    def codegen(context, builder, signature, args):
-        return builder.load(builder.inttoptr(args[0], ir.IntType(64).as_pointer()), align=4)
-
-    return types.int64(types.int64), codegen
-
-
-@intrinsic
-def half_at(typing, address):
-    """The uint32 at an address."""
-    def codegen(context, builder, signature, args):
-        half = builder.load(builder.inttoptr(args[0], ir.IntType(32).as_pointer()), align=4)
-        return builder.zext(half, ir.IntType(64))
-
-    return types.int64(types.int64), codegen
-
-
-@intrinsic
-def set_word_at(typing, address, value):
-    """Store an int64 at an address that may lie at a multiple of four bytes."""
-    def codegen(context, builder, signature, args):
-        builder.store(args[1], builder.inttoptr(args[0], ir.IntType(64).as_pointer()), align=4)
-        return context.get_dummy_value()
-
-    return types.void(types.int64, types.int64), codegen
-
-
-@intrinsic
-def copy(typing, target, origin, size):
-    """Copy bytes."""
-    def codegen(context, builder, signature, args):
-        byte = ir.IntType(8).as_pointer()
-        cgutils.raw_memcpy(builder, builder.inttoptr(args[0], byte), builder.inttoptr(args[1], byte), args[2], 1)
-        return context.get_dummy_value()
-
-    return types.void(*[types.int64] * 3), codegen
-
-
-_compiled = njit(error_model="numpy", _nrt=False)
-
-
-@_compiled
+@compiled
 def is_finite(record, runs, runs_end):
     """Whether the floats of these runs are finite. No branch for a number: the processor looks at several at once."""
     found = 0
@@ -119,17 +63,63 @@ def is_finite(record, runs, runs_end):
     return found == 0
 
 
-@_compiled
+@compiled
 def stamp_word(stamp_ns):
     """The eight bytes of a ROS stamp: sec (int32), nanosec (uint32)."""
     sec = stamp_ns // 1000000000
     return sec | ((stamp_ns - sec * 1000000000) << 32)
 
 
-@_compiled
+@compiled
+def publish(output_at, tick, t_ns):
+    """Check an output, show it to readers, log it: once, or as often as its faults let it. Returns 0 or a code of `stops`."""
+    output = row(output_at, OUTPUT)
+    count = 1
+    if output.channel != 0:
+        count = effects.deliver(output.channel, t_ns)
+    if count > 0:
+        if not is_finite(output.record, output.runs, output.runs_end):
+            return NONFINITE
+        if output.visible != 0:
+            copy(output.visible, output.record, output.size)
+    if tick == output.log_next:
+        output.log_next += output.log_period
+        for _ in range(count):
+            copy(output.log, output.record, output.size)
+            output.log += output.size
+            if output.times != 0:
+                set_word_at(output.times, tick)
+                output.times += 8
+    return 0
+
+
+@compiled
+def silence(firing, tick):
+    """Publish nothing: the component does not fire."""
+    at = firing.outputs
+    while at < firing.outputs_end:
+        output = row(at, OUTPUT)
+        row(output.channel, effects.CHANNEL).delivered = 0
+        if tick == output.next:
+            output.next += output.period
+            if tick == output.log_next:
+                output.log_next += output.log_period
+        at += _OUTPUT_SIZE
+
+
+@compiled
 def fire(firing_at, tick, t_ns, stamp):
     """One firing: stamp the outputs, call the part, check and publish what is due. Returns 0 or a code of `stops`."""
     firing = row(firing_at, FIRING)
+    if firing.own != 0:
+        answer = effects.prepare(firing.own, t_ns)
+        if answer == IS_DOWN:
+            silence(firing, tick)
+            return 0
+        if answer == BEGINS_ANEW and firing.start != 0:
+            call(firing.start, 0, firing.parameters, firing.state, 0)
+            if word_at(firing.fault) != 0:
+                return FAULT
     at, end = firing.outputs, firing.outputs_end
     while at < end:
         set_word_at(row(at, OUTPUT).stamp, stamp)
@@ -140,22 +130,16 @@ def fire(firing_at, tick, t_ns, stamp):
     at = firing.outputs
     while at < end:
         output = row(at, OUTPUT)
+        if tick == output.next:
+            output.next += output.period
+            code = publish(at, tick, t_ns)
+            if code != 0:
+                return code
         at += _OUTPUT_SIZE
-        if tick != output.next:
-            continue
-        output.next += output.period
-        if not is_finite(output.record, output.runs, output.runs_end):
-            return NONFINITE
-        if output.visible != 0:
-            copy(output.visible, output.record, output.size)
-        if tick == output.log_next:
-            output.log_next += output.log_period
-            copy(output.log, output.record, output.size)
-            output.log += output.size
     return 0
 
 
-@_compiled
+@compiled
 def run(control_at):
     """Run from control.tick to control.end. Returns 0, or 1 when a firing stopped it (control.stop and .who)."""
     control = row(control_at, CONTROL)
@@ -197,7 +181,8 @@ def functions() -> dict:
 @cache
 def key() -> str:
     """Fingerprint of the driver's machine code."""
-    return parts.digest("driver", hashlib.sha256(Path(__file__).read_bytes()).hexdigest())
+    files = [Path(__file__).with_name(f"{name}.py").read_bytes() for name in ("driver", "effects", "addresses")]
+    return parts.digest("driver", hashlib.sha256(b"".join(files)).hexdigest(), library())
 
 
 def is_ready() -> bool:
@@ -237,27 +222,32 @@ class Tables:
         self._io = np.array([address(arrays[name]) for firing in schedule.firings for name in firing.records], _WORD)
         self.holds = np.array([(0, hold.period, address(arrays[hold.target]), address(arrays[hold.origin]),
                                 arrays[hold.target].nbytes) for hold in schedule.holds], HOLD)
+        self.faults = FaultTables(schedule, arrays)
         made = [made for firing in schedule.firings for made in firing.publications]
         runs = [[(offset, count, size == 8) for offset, count, size in finite_runs(one.signal)]
                 for one in made]
         self.runs = np.array([run for rows in runs for run in rows], RUN)
         ends = address(self.runs) + RUN.itemsize * np.cumsum([0, *map(len, runs)])
         self._logs = {one.log: (i, one.signal.dtype.itemsize) for i, one in enumerate(made) if one.log}
-        self.outputs = np.array([self._output(one, arrays, *ends[i:i + 2]) for i, one in enumerate(made)], OUTPUT)
+        self.outputs = np.array([self._output(one, *ends[i:i + 2]) for i, one in enumerate(made)], OUTPUT)
         rows, record, output = [], address(self._io), address(self.outputs)
         for firing in schedule.firings:
             state, after = arrays[firing.state], output + OUTPUT.itemsize * len(firing.publications)
-            rows.append((0, firing.period, codes[firing.node][firing.part].address, address(arrays[firing.parameters]),
-                         address(state), record, address(state) + state.dtype.fields["fault"][1], output, after))
+            part, start = (codes[firing.node].get(name) for name in (firing.part, "start"))
+            rows.append((0, firing.period, part.address, address(arrays[firing.parameters]), address(state), record,
+                         address(state) + state.dtype.fields["fault"][1], output, after,
+                         self.faults.own(firing), start.address if start else 0))
             record, output = record + 8 * len(firing.records), after
         self.firings = np.array(rows, FIRING)
 
-    @staticmethod
-    def _output(made, arrays, runs, runs_end):
-        record = address(arrays[made.record])
-        log = address(arrays[made.log]) if made.log else 0
-        return (0, made.period, record + stamp_offset(made.signal), record, made.signal.dtype.itemsize, runs, runs_end,
-                address(arrays[made.visible]) if made.visible else 0, log, 0 if made.log else -1, made.log_period)
+    def _output(self, made, runs, runs_end):
+        def place(name):
+            return address(self.arrays[name]) if name else 0
+
+        record = place(made.record)
+        return (0, made.period, place(made.written) + stamp_offset(made.signal), record, made.signal.dtype.itemsize, runs,
+                runs_end, place(made.visible), place(made.log), 0 if made.log else -1, made.log_period,
+                self.faults.channel(made), place(made.times))
 
     def control(self, epoch_ns: int, base_ns: int) -> np.ndarray:
         """The record that the driver works on, at tick 0."""
@@ -281,8 +271,3 @@ class Tables:
 def part_function(place: int):
     """The C function of a part at an address, to be called from Python."""
     return ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 4)(place)
-
-
-def address(array: np.ndarray) -> int:
-    """Where an array lies."""
-    return array.ctypes.data

@@ -5,6 +5,9 @@ Kernels are plain functions here (NUMBA_DISABLE_JIT=1), and see the same memory 
 
 import numpy as np
 
+from flight_graph.engines import effects
+from flight_graph.engines.addresses import row
+from flight_graph.engines.fault_tables import FaultTables
 from flight_graph.engines.part_calls import plain_arguments
 from flight_graph.engines.schedule import Schedule, finite_runs, stamp_offset
 from flight_graph.engines.stops import FAULT, NONFINITE
@@ -13,50 +16,76 @@ from flight_graph.engines.stops import FAULT, NONFINITE
 class PlainFiring:
     """One firing bound to arrays."""
 
-    def __init__(self, component, arrays: dict, firing):
+    def __init__(self, component, arrays: dict, firing, faults: FaultTables):
+        self._own = faults.own(firing)
+        self._start = plain_arguments(component, "start", [arrays[firing.parameters], arrays[firing.state]]) if (
+            component.start is not None) else None
+        self._component = component
         self._function = getattr(component, firing.part)
         names = [firing.parameters, firing.state, *firing.records]
         self._arguments = plain_arguments(component, firing.part, [arrays[name] for name in names])
         self._fault = arrays[firing.state]["fault"]
-        self.outputs = [PlainOutput(made, arrays) for made in firing.publications]
+        self.outputs = [PlainOutput(made, arrays, faults.channel(made)) for made in firing.publications]
 
     def fire(self, tick: int, t_ns: int, stamp: tuple[int, int]) -> int:
         """One firing. Returns 0 or a code of `stops`."""
+        if self._own:
+            answer = effects.prepare(self._own, t_ns)
+            if answer == effects.IS_DOWN:
+                for output in self.outputs:
+                    output.silence()
+                return 0
+            if answer == effects.BEGINS_ANEW and self._start is not None:
+                self._component.start(*self._start)
+                if self._fault[0]:
+                    return FAULT
         for output in self.outputs:
             output.stamp[0], output.stamp[1] = stamp
         self._function(t_ns, *self._arguments)
         if self._fault[0]:
             return FAULT
         for output in self.outputs:
-            if tick % output.period == 0:
-                if not all(np.isfinite(run).all() for run in output.runs):
-                    return NONFINITE
-                output.publish(tick)
+            if tick % output.period == 0 and not output.publish(tick, t_ns):
+                return NONFINITE
         return 0
 
 
 class PlainOutput:
     """What follows a firing, for one output."""
 
-    def __init__(self, made, arrays):
+    def __init__(self, made, arrays, channel: int):
         record = arrays[made.record]
-        self._body = record.view("u1").reshape(-1)
+        self._body, self._channel = record.view("u1").reshape(-1), channel
         offset = stamp_offset(made.signal)
-        self.stamp = self._body[offset:offset + 8].view("<u4")
+        self.stamp = arrays[made.written].view("u1").reshape(-1)[offset:offset + 8].view("<u4")
         self.period, self._log_period = made.period, made.log_period
-        self.runs = [self._body[start:start + count * size].view(f"<f{size}")
-                     for start, count, size in finite_runs(made.signal)]
+        self._runs = [self._body[start:start + count * size].view(f"<f{size}")
+                      for start, count, size in finite_runs(made.signal)]
         self._visible = arrays[made.visible].view("u1").reshape(-1) if made.visible else None
         self._log = arrays[made.log].view("u1").reshape(-1, record.dtype.itemsize) if made.log else None
+        self._times = arrays[made.times] if made.times else None
         self.log, self.logged = made.log, 0
 
-    def publish(self, tick):
-        """Show the record to readers, and log it."""
+    def publish(self, tick, t_ns) -> bool:
+        """Show the record to readers and log it, as often as its faults let it; whether it is finite."""
+        count = effects.deliver(self._channel, t_ns) if self._channel else 1
+        if count == 0:
+            return True
+        if not all(np.isfinite(run).all() for run in self._runs):
+            return False
         if self._visible is not None:
             self._visible[:] = self._body
         if self._log is not None and tick % self._log_period == 0:
-            self._log[self.logged] = self._body
-            self.logged += 1
+            for _ in range(count):
+                self._log[self.logged] = self._body
+                if self._times is not None:
+                    self._times[self.logged] = tick
+                self.logged += 1
+        return True
+
+    def silence(self):
+        """Publish nothing: the component does not fire."""
+        row(self._channel, effects.CHANNEL).delivered = 0
 
 
 class PlainTables:
@@ -65,7 +94,8 @@ class PlainTables:
     def __init__(self, schedule: Schedule, arrays: dict, components: dict):
         self._components = components
         self._holds = [(hold.period, arrays[hold.target], arrays[hold.origin]) for hold in schedule.holds]
-        self.firings = [PlainFiring(components[firing.node], arrays, firing) for firing in schedule.firings]
+        self.faults = FaultTables(schedule, arrays)
+        self.firings = [PlainFiring(components[firing.node], arrays, firing, self.faults) for firing in schedule.firings]
 
     def start(self, node: str, parameters: np.ndarray, state: np.ndarray) -> None:
         """Run the start of a node."""

@@ -12,6 +12,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from flight_graph.engines import effects, fault_schedule
+from flight_graph.engines.fault_schedule import Channel, Own
+from flight_graph.faults.fault_set import FaultSet
 from flight_graph.graphs.graph import Graph
 from flight_graph.timebase import SECOND
 from msg_schemas.signal import Signal
@@ -30,7 +33,9 @@ class Hold:
 class Publication:
     """What follows the firing that wrote an output, at every period-th tick: check, show to readers, log.
 
-    visible: the copy that readers see, where the output is slower than its node. log_period [ticks]: 0 for no log.
+    visible: the copy that readers see, where the output is slower than its node or its messages may be missing. log_period
+    [ticks]: 0 for no log. written: the record that the part writes, where faults stand between it and ``record``; channel:
+    the way through them; times: ticks of the logged messages, where they are not regular.
     """
 
     port: str
@@ -40,11 +45,22 @@ class Publication:
     visible: str | None
     log: str | None
     log_period: int
+    written: str = ""
+    channel: Channel | None = None
+    times: str | None = None
+
+    def log_rows(self, ticks: int) -> int:
+        """Rows of the log of a run of so many ticks."""
+        twice = any(effect.op == effects.DUPLICATE for effect in self.channel.effects) if self.channel else False
+        return -(-ticks // self.log_period) * (1 + twice)
 
 
 @dataclass(frozen=True)
 class Firing:
-    """One part of one node, at every period-th tick. records: names of its inputs, then of its outputs."""
+    """One part of one node, at every period-th tick. records: names of its inputs, then of its outputs.
+
+    own: what faults do before it.
+    """
 
     node: str
     part: str
@@ -53,6 +69,7 @@ class Firing:
     state: str
     records: tuple[str, ...]
     publications: tuple[Publication, ...]
+    own: Own | None = None
 
 
 @dataclass
@@ -61,31 +78,35 @@ class Schedule:
 
     graph: Graph
     plan: dict
+    faults: FaultSet | None = None
     starts: list[tuple[str, str, str]] = field(default_factory=list)
     holds: list[Hold] = field(default_factory=list)
     firings: list[Firing] = field(default_factory=list)
 
     @classmethod
-    def of(cls, graph: Graph, plan: dict) -> "Schedule":
+    def of(cls, graph: Graph, plan: dict, faults: FaultSet | None = None) -> "Schedule":
         """The schedule of a graph. plan: (node, port) -> every how manieth message goes into the log."""
-        schedule = cls(graph, plan)
+        schedule = cls(graph, plan, faults)
         for node in graph.nodes.values():
             if node.component.start is not None:
                 schedule.starts.append((node.name, f"P_{node.name}", f"X_{node.name}"))
-            schedule.holds += [Hold(graph.ticks(node), _held(node, port), _visible(graph, edge))
+            schedule.holds += [Hold(graph.ticks(node), _held(node, port), schedule._shown(edge.node, edge.port))
                                for port, edge in node.inputs.items() if edge.delay]
-        schedule.firings = [_firing(graph, plan, step) for step in graph.order]
+            if faults:
+                schedule.holds += [Hold(graph.ticks(node), fault_schedule.watched(node.name, *signal), schedule._shown(*signal))
+                                   for signal in faults.watched(node.name)]
+        schedule.firings = [schedule._firing(step) for step in graph.order]
         return schedule
 
     def log_bytes(self, ticks: int) -> int:
         """Size of the logs of a run of so many ticks."""
-        return sum(-(-ticks // made.log_period) * made.signal.dtype.itemsize for firing in self.firings
+        return sum(made.log_rows(ticks) * made.signal.dtype.itemsize for firing in self.firings
                    for made in firing.publications if made.log is not None)
 
     def memory(self, ticks: int, logs: dict | None = None) -> dict[str, np.ndarray]:
         """Fresh arrays for a run of so many ticks.
 
-        logs: the arrays of an earlier run; those that fit are filled again (a run fills every row).
+        logs: the arrays of an earlier run; those that fit are filled again (a run fills every row that it reports).
         """
         arrays = {}
         for node in self.graph.nodes.values():
@@ -95,41 +116,71 @@ class Schedule:
             arrays[f"P_{node.name}"], arrays[f"X_{node.name}"] = parameters, component.initial_state(node.values)
             for port, signal in component.outputs.items():
                 arrays[f"O_{node.name}_{port}"] = signal.new()[1]
-                if is_slower(node, port):
+                if self._is_copied(node, port):
                     arrays[f"V_{node.name}_{port}"] = signal.new()[1]
             for port, signal in component.inputs.items():
                 if _is_held(node, port):
                     arrays[_held(node, port)] = signal.new()[1]
+            for signal in self.faults.watched(node.name) if self.faults else ():
+                arrays[fault_schedule.watched(node.name, *signal)] = self.graph.signal(*signal).new()[1]
+        arrays |= fault_schedule.memory(self.firings, {name: node.component for name, node in self.graph.nodes.items()}, arrays)
         for firing in self.firings:
             for made in firing.publications:
                 if made.log is not None:
-                    rows, old = -(-ticks // made.log_period), (logs or {}).get(made.log)
+                    rows, old = made.log_rows(ticks), (logs or {}).get(made.log)
                     fits = old is not None and len(old) == rows and old.dtype == made.signal.dtype
                     arrays[made.log] = old if fits else made.signal.zeros(rows)
+                    if made.times:
+                        arrays[made.times] = np.zeros(rows, np.int64)
         return arrays
 
     def log_period_ns(self, node: str, port: str) -> int:
         """Time between the logged messages of an output."""
         return self.graph.nodes[node].output_period_ns(port) * self.plan[node, port]
 
+    # -- names of arrays -----------------------------------------------------------------------------------------
+    def _faults_of(self, node):
+        return fault_schedule.of(self.faults, node)
 
-def _firing(graph, plan, step):
-    node = graph.nodes[step.node]
-    inputs = [] if step.part == "output" else [_read(graph, node, port) for port in node.component.inputs]
-    outputs = [] if step.part == "update" else list(node.component.outputs)
-    return Firing(
-        node.name, step.part, graph.ticks(node), f"P_{node.name}", f"X_{node.name}",
-        (*inputs, *(f"O_{node.name}_{port}" for port in outputs)),
-        tuple(_publication(graph, plan, node, port) for port in outputs))
+    def _firing(self, step) -> Firing:
+        node, faults = self.graph.nodes[step.node], self._faults_of(self.graph.nodes[step.node])
+        inputs = [] if step.part == "output" else list(node.component.inputs)
+        outputs = [] if step.part == "update" else list(node.component.outputs)
+        origins = {port: self._read(node, port) for port in inputs}
+        channels = {port: channel for port, origin in origins.items()
+                    if faults and (channel := faults.input(port, origin)) is not None}
+        seen = {port: channels[port].visible if port in channels else origin for port, origin in origins.items()}
+        own = faults.own(step.part, f"P_{node.name}", f"X_{node.name}", tuple(channels.values())) if faults else None
+        publications = [self._publication(node, port, faults) for port in outputs]
+        return Firing(node.name, step.part, self.graph.ticks(node), f"P_{node.name}", f"X_{node.name}",
+                      (*seen.values(), *(made.written for made in publications)), tuple(publications), own)
 
+    def _publication(self, node, port, faults) -> Publication:
+        logged, name = (node.name, port) in self.plan, f"{node.name}_{port}"
+        period = node.output_period_ns(port) // self.graph.base_ns
+        channel = faults.output(port, f"O_{name}", f"E_{name}") if faults else None
+        return Publication(
+            port, node.component.outputs[port], period, f"E_{name}" if channel else f"O_{name}",
+            f"V_{name}" if self._is_copied(node, port) else None,
+            f"L_{name}" if logged else None, period * self.plan[node.name, port] if logged else 0,
+            f"O_{name}", channel, f"T_{name}" if logged and self._is_irregular(node, port) else None)
 
-def _publication(graph, plan, node, port):
-    logged = (node.name, port) in plan
-    period = node.output_period_ns(port) // graph.base_ns
-    return Publication(
-        port, node.component.outputs[port], period, f"O_{node.name}_{port}",
-        f"V_{node.name}_{port}" if is_slower(node, port) else None,
-        f"L_{node.name}_{port}" if logged else None, period * plan[node.name, port] if logged else 0)
+    def _is_irregular(self, node, port) -> bool:
+        return bool(self.faults) and self.faults.is_irregular(node.name, port)
+
+    def _is_copied(self, node, port) -> bool:
+        return is_slower(node, port) or self._is_irregular(node, port)
+
+    def _shown(self, name, port) -> str:
+        """What readers of an output see."""
+        node, faults = self.graph.nodes[name], self._faults_of(self.graph.nodes[name])
+        if self._is_copied(node, port):
+            return f"V_{name}_{port}"
+        return f"{'E' if faults and faults.output(port, '', '') else 'O'}_{name}_{port}"
+
+    def _read(self, node, port) -> str:
+        """What an input reads."""
+        return _held(node, port) if _is_held(node, port) else self._shown(node.inputs[port].node, node.inputs[port].port)
 
 
 def is_slower(node, port) -> bool:
@@ -143,14 +194,6 @@ def _held(node, port):
 
 def _is_held(node, port):
     return port not in node.inputs or bool(node.inputs[port].delay)
-
-
-def _read(graph, node, port):
-    return _held(node, port) if _is_held(node, port) else _visible(graph, node.inputs[port])
-
-
-def _visible(graph, edge):
-    return f"{'V' if is_slower(graph.nodes[edge.node], edge.port) else 'O'}_{edge.node}_{edge.port}"
 
 
 def stamp_offset(signal: Signal) -> int:

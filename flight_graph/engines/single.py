@@ -1,14 +1,18 @@
 """One component outside of a graph, fired from Python: what a node and a replay run. The parts are those of the engines."""
 
+from types import SimpleNamespace
+
 import numba
 import numpy as np
 
 from flight_graph.components.component import Component
-from flight_graph.engines import compilation, driver
+from flight_graph.engines import compilation, driver, fault_schedule
+from flight_graph.engines.addresses import address
 from flight_graph.engines.part_calls import parts, ports
 from flight_graph.engines.plain_driver import PlainTables
 from flight_graph.engines.schedule import Firing, Publication, Schedule
 from flight_graph.engines.stops import FAULT, Records, stop_sentence
+from flight_graph.faults.fault_set import FaultSet
 from flight_graph.timebase import SECOND, stamp_parts
 
 
@@ -17,23 +21,26 @@ class SingleComponent:
 
     parameters, state: (1,) records; inputs, outputs: port -> (1,) record. Their memory is used as it is and must stay.
     output_periods: port -> period [ns] at which it is published, and checked. epoch_ns: stamp of t = 0.
+    faults: those of its graph; watched: (node, port) -> (1,) record of each signal that conditions of its faults read.
     """
 
     def __init__(self, name: str, use: str, component: type[Component], parameters: np.ndarray, state: np.ndarray,
-                 inputs: dict, outputs: dict, output_periods: dict, epoch_ns: int, check_bounds: bool = False):
+                 inputs: dict, outputs: dict, output_periods: dict, epoch_ns: int, check_bounds: bool = False,
+                 faults: FaultSet | None = None, watched: dict | None = None):
         self.name, self.component, self._epoch_ns = name, component, epoch_ns
-        self._records = Records(parameters, state, dict(outputs))
-        self._arrays = {"P": parameters, "X": state, **{f"I {port}": record for port, record in inputs.items()},
-                        **{f"O {port}": record for port, record in outputs.items()}}
+        self._faults = fault_schedule.of(faults, SimpleNamespace(name=name, component=component))
         self._numbers = {part: i for i, part in enumerate(part for part in parts(component) if part != "start")}
         schedule = Schedule(None, {}, firings=[self._firing(part, output_periods) for part in self._numbers])
+        self._channels = {made.port: made.channel for firing in schedule.firings for made in firing.publications}
+        self._arrays = self._memory(schedule, parameters, state, inputs, outputs, watched or {})
+        self._records = Records(self._arrays[f"P_{name}"], state, dict(outputs))
         self._codes = None
         if numba.config.DISABLE_JIT:
             self._tables = PlainTables(schedule, self._arrays, {name: component})
         else:
             self._codes = compilation.load({use: component}, check_bounds)[use]
             self._tables = driver.Tables(schedule, self._arrays, {name: self._codes})
-            self._fire, self._row = driver.function("fire"), driver.address(self._tables.firings)
+            self._fire, self._row = driver.function("fire"), address(self._tables.firings)
             self._slower = [(number, output_periods[port]) for number, port in enumerate(self._published())
                             if port in component.output_rate_hz]
             self._tables.outputs["period"] = 0  # due at every firing, but for the slower ones
@@ -42,10 +49,33 @@ class SingleComponent:
         return [port for part in self._numbers for port in ports(self.component, part)[1]]
 
     def _firing(self, part, periods):
-        inputs, outputs = ports(self.component, part)
-        return Firing(self.name, part, 1, "P", "X", (*(f"I {port}" for port in inputs), *(f"O {port}" for port in outputs)),
-                      tuple(Publication(port, self.component.outputs[port], periods[port], f"O {port}", None, None, 0)
-                            for port in outputs))
+        (inputs, outputs), faults, name = ports(self.component, part), self._faults, self.name
+        ways = {port: faults.input(port, f"I_{name}_{port}") if faults else None for port in inputs}
+        out = {port: faults.output(port, f"O_{name}_{port}", f"E_{name}_{port}") if faults else None for port in outputs}
+        own = faults.own(part, f"P_{name}", f"X_{name}", tuple(filter(None, ways.values()))) if faults else None
+        seen = [way.visible if way else f"I_{name}_{port}" for port, way in ways.items()]
+        return Firing(name, part, 1, f"P_{name}", f"X_{name}", (*seen, *(f"O_{name}_{port}" for port in outputs)), tuple(
+            Publication(port, self.component.outputs[port], periods[port], f"{'E' if way else 'O'}_{name}_{port}", None, None,
+                        0, f"O_{name}_{port}", way) for port, way in out.items()), own)
+
+    def _memory(self, schedule, parameters, state, inputs, outputs, watched):
+        """The arrays of the schedule: those that are given, and those that faults put between."""
+        name, component = self.name, self.component
+        arrays = {f"P_{name}": parameters, f"X_{name}": state, **{f"I_{name}_{port}": inputs[port] for port in inputs},
+                  **{f"O_{name}_{port}": outputs[port] for port in outputs},
+                  **{fault_schedule.watched(name, *signal): record for signal, record in watched.items()}}
+        made = fault_schedule.memory(schedule.firings, {name: component}, arrays)
+        for port, way in self._channels.items():
+            if way is not None:  # what is published stands behind the faults
+                arrays[f"O_{name}_{port}"], made[way.record] = component.outputs[port].new()[1], outputs[port]
+        if f"N_{name}" in made:
+            arrays[f"P_{name}"], made[f"N_{name}"] = parameters.copy(), parameters
+        return arrays | made
+
+    def delivered(self, port: str) -> int:
+        """How many messages of an output its last firing delivered: one, but for faults."""
+        channel = self._channels[port]
+        return 1 if channel is None else self._tables.faults.delivered(channel)
 
     def count_from(self, epoch_ns: int) -> None:
         """Let t = 0 have another stamp from now on."""
@@ -71,7 +101,7 @@ class SingleComponent:
         return self._sentence(part, code, t_ns) if code else ""
 
     def _start(self):
-        parameters, state = self._records.parameters, self._records.state
+        parameters, state = self._arrays[f"P_{self.name}"], self._records.state
         self._tables.start(self.name, parameters, state)
         return self._sentence("start", FAULT, 0) if state["fault"][0] else ""
 

@@ -27,6 +27,8 @@ from flight_graph import yaml_text
 from flight_graph.components import declared, functions, registry
 from flight_graph.components.foreign import Consent, agree
 from flight_graph.errors import FlightError, unknown
+from flight_graph.faults import fault_file, report
+from flight_graph.faults.fault_set import FaultSet
 from flight_graph.graphs import expressions
 from flight_graph.graphs.graph import Edge, Graph, Node
 from flight_graph.graphs.named_code import foreign_code
@@ -38,7 +40,7 @@ from flight_math.noise import stream_key
 
 _NODE = re.compile("[A-Za-z][A-Za-z0-9_]{0,99}")
 _PORT = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,99}\.[A-Za-z_][A-Za-z0-9_]{0,99}")
-_TAKEN = ("recorder", "replayer")
+_TAKEN = ("recorder", "replayer", report.REPORT)
 
 
 class Scenario:
@@ -61,6 +63,11 @@ class Scenario:
         base = None
         if self.file.base_rate_hz is not None:
             base = period_ns(self.file.base_rate_hz, f"{origin}: base_rate_hz")
+        entries = fault_file.read(self.file.faults or [], f"{origin}: faults")
+        if entries:
+            identifiers = [entry.id for entry in entries]
+            nodes.append(Node(report.REPORT, report.use(identifiers), report.fault_report(tuple(identifiers)), {},
+                              report.report_rate_hz(nodes)))
         try:
             self.graph = Graph(nodes, self._connections(), base)
             for node in nodes:
@@ -68,6 +75,7 @@ class Scenario:
                     node.output_period_ns(port)
         except FlightError as error:
             raise FlightError(f"{origin}: {error}") from None
+        self.faults = FaultSet(entries, self.graph.nodes, self.seed, f"{origin}: faults")
         self._check_recorded_topics()
         self.vary = None
         if self.file.vary is not None:
@@ -90,7 +98,8 @@ class Scenario:
     def resolved(self) -> dict:
         """The scenario with every parameter and rate written out: what a bag carries and can be run from."""
         data = self.file.model_dump(by_alias=True, exclude_none=True, exclude={"vary"})
-        for name, node in self.graph.nodes.items():
+        for name in self.file.components:
+            node = self.graph.nodes[name]
             data["components"][name] = {"use": node.use, "rate_hz": node.rate_hz, "parameters": dict(node.values)}
         data["connect"] = {
             f"{node.name}.{port}": {"from": f"{edge.node}.{edge.port}", "delay": edge.delay}

@@ -69,6 +69,8 @@ class ScenarioFile(_Strict):
     connect: dict[str, str | EdgeEntry] = Field(default_factory=dict, description=(
         "`component.port` of an input -> `component.port` of its source; inputs left out find theirs by topic"))
     record: RecordEntry = Field(default_factory=RecordEntry, description="what the bag holds")
+    faults: list[dict[str, Any]] | None = Field(None, description=(
+        "what breaks, where and when; see faults.md"))
     metrics: str | None = Field(None, description="`module:function` or `file.py:function` of the run's numbers")
     figure: str | None = Field(None, description="`module:function` or `file.py:function` that draws the run")
     paper: str | None = Field(None, description="folder in `papers/` whose claims the bag carries")

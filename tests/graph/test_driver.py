@@ -9,6 +9,7 @@ import pytest
 from flight_graph.components.component import Component
 from flight_graph.components.records import Parameters, State, field
 from flight_graph.engines import driver, parts
+from flight_graph.engines.addresses import address
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.engines.schedule import Schedule, finite_runs, stamp_offset
 from flight_graph.errors import RunStopped
@@ -120,7 +121,7 @@ def _driver_says(schedule, arrays):
     nothing = {node: {part: NOTHING for part in ("start", "kernel", "output", "update")} for node in schedule.graph.nodes}
     tables = driver.Tables(schedule, arrays, nothing)
     number = [firing.node for firing in schedule.firings].index("sensor")
-    return driver.function("fire")(driver.address(tables.firings) + number * driver.FIRING.itemsize, 0, 0, 0) == 0
+    return driver.function("fire")(address(tables.firings) + number * driver.FIRING.itemsize, 0, 0, 0) == 0
 
 
 _IDLE = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 4)(lambda *_: None)

@@ -1,0 +1,326 @@
+"""What faults do to records, at their addresses: one source for machine code and plain Python.
+
+An effect is one fault at one record. It is looked at once a firing of its component: `is_active` decides by time, by its
+condition, by chance and by count; what it does then stands in `_alter` for numbers and in `deliver` for messages. All that
+it remembers between firings is in arrays of the run.
+"""
+
+import numpy as np
+
+from flight_graph.engines.addresses import (
+    byte_at,
+    compiled,
+    copy,
+    double_at,
+    half_at,
+    row,
+    set_byte_at,
+    set_double_at,
+    set_single_at,
+    set_word_at,
+    single_at,
+    word_at,
+)
+from flight_graph.faults import conditions
+from flight_math.noise import gaussian, uniform
+
+
+def table(words: str, numbers: str = "") -> np.dtype:
+    """A row of int64 and float64 fields."""
+    return np.dtype([(name, "<i8") for name in words.split()] + [(name, "<f8") for name in numbers.split()])
+
+
+EFFECT = table("op begin end every span when when_end key each ticks bit target size count stamp buffer memory",
+               "value ramp chance")  # times [ns]; addresses: when, target, stamp, buffer, memory
+MEMORY = table("active onset latched since counted head filled")
+STEP = table("op a b address kind", "constant value")  # of a condition; a, b: addresses of earlier steps
+CHANNEL = table("origin record size visible effects effects_end delivered")
+OWN = table("ends ends_end effects effects_end channels channels_end parameters nominal parameters_size state fresh "
+            "state_size first is_down")  # of a firing; first: of the component's first part, in its second
+EFFECT_SIZE, STEP_SIZE, CHANNEL_SIZE = EFFECT.itemsize, STEP.itemsize, CHANNEL.itemsize
+DOUBLE, SINGLE, SIGNED, UNSIGNED, BYTE = range(5)  # kinds of a number that a condition reads
+
+FLAG, BIAS, SCALE, DRIFT, STUCK, HOLD, NOISE, QUANTISE, SATURATE, BIT_FLIP = range(10)
+DROP, DELAY, DUPLICATE, FREEZE, STALE, ON_CHANGE = range(10, 16)
+DOWN, RESTART = 16, 17
+GOES_ON, IS_DOWN, BEGINS_ANEW = range(3)  # of a component
+_NANO = 1e-9  # [s]
+_WHOLE = 4503599627370496.0  # 2^52: every larger float64 is a whole number
+
+(_CONSTANT, _TIME, _READ, _ADD, _SUBTRACT, _MULTIPLY, _DIVIDE, _NEGATE, _ABS, _MIN, _MAX, _LESS, _LESS_EQUAL, _GREATER,
+ _GREATER_EQUAL, _EQUAL, _UNEQUAL, _AND, _OR, _NOT) = range(20)
+assert _NOT == conditions.NOT
+
+
+@compiled
+def _number_at(address, kind):
+    """A number of a record as a float64."""
+    if kind == DOUBLE:
+        return double_at(address)
+    if kind == SINGLE:
+        return float(single_at(address))
+    if kind == SIGNED:
+        return float(word_at(address))
+    if kind == UNSIGNED:
+        return float(half_at(address))
+    return float(byte_at(address))
+
+
+@compiled
+def _two(op, a, b):
+    """An elementary step of two values."""
+    if op == _ADD:
+        return a + b
+    if op == _SUBTRACT:
+        return a - b
+    if op == _MULTIPLY:
+        return a * b
+    if op == _DIVIDE:
+        return a / b if b != 0.0 else np.nan
+    if op == _MIN:
+        return a if a < b else b
+    if op == _MAX:
+        return a if a > b else b
+    if op == _AND:
+        return 1.0 if a != 0.0 and b != 0.0 else 0.0
+    if op == _OR:
+        return 1.0 if a != 0.0 or b != 0.0 else 0.0
+    return 1.0 if ((op == _LESS and a < b) or (op == _LESS_EQUAL and a <= b) or (op == _GREATER and a > b)
+                   or (op == _GREATER_EQUAL and a >= b) or (op == _EQUAL and a == b) or (op == _UNEQUAL and a != b)) else 0.0
+
+
+@compiled
+def _holds(at, end, t_ns):
+    """Whether a condition holds."""
+    value = 0.0
+    while at < end:
+        step = row(at, STEP)
+        op = step.op
+        if op == _CONSTANT:
+            value = step.constant
+        elif op == _TIME:
+            value = t_ns * _NANO
+        elif op == _READ:
+            value = _number_at(step.address, step.kind)
+        else:
+            a = row(step.a, STEP).value
+            if op == _NEGATE:
+                value = -a
+            elif op == _ABS:
+                value = abs(a)
+            elif op == _NOT:
+                value = 1.0 if a == 0.0 else 0.0
+            else:
+                value = _two(op, a, row(step.b, STEP).value)
+        step.value = value
+        at += STEP_SIZE
+    return value != 0.0
+
+
+@compiled
+def is_active(effect, t_ns):
+    """Whether an effect acts in the firing at t."""
+    memory = row(effect.memory, MEMORY)
+    now = effect.begin <= t_ns < effect.end
+    if now and effect.when != 0:
+        now = _holds(effect.when, effect.when_end, t_ns)
+        if effect.span != 0:  # from each onset for a time
+            if memory.latched == 0:
+                if now:
+                    memory.latched, memory.since = 1, t_ns
+            elif t_ns - memory.since >= effect.span and not now:
+                memory.latched = 0
+            now = memory.latched != 0 and t_ns - memory.since < effect.span
+    elif now and effect.every != 0:
+        now = (t_ns - effect.begin) % effect.every < effect.span
+    if now and effect.chance < 1.0:
+        now = uniform(effect.key, t_ns, 0) < effect.chance
+    if now and effect.each > 1:
+        memory.counted += 1
+        now = memory.counted % effect.each == 0
+    if now and memory.active == 0:
+        memory.onset = t_ns
+    memory.active = 1 if now else 0
+    return now
+
+
+@compiled
+def _rounded(value):
+    """The nearest whole number, halves away from zero."""
+    if not abs(value) < _WHOLE:
+        return value
+    whole = float(np.int64(value))
+    rest = value - whole
+    if rest >= 0.5:
+        return whole + 1.0
+    if rest <= -0.5:
+        return whole - 1.0
+    return whole
+
+
+@compiled
+def _altered(effect, value, seconds, t_ns, index):
+    """A number under an active effect, ``seconds`` after its onset."""
+    op, size = effect.op, effect.value
+    part = 1.0 if seconds >= effect.ramp else seconds / effect.ramp
+    if op == BIAS:
+        return value + size * part
+    if op == SCALE:
+        return value * (1.0 + (size - 1.0) * part)
+    if op == DRIFT:
+        return value + size * seconds
+    if op == STUCK or op == FLAG:
+        return size
+    if op == HOLD:
+        return double_at(effect.buffer + 8 * index)
+    if op == NOISE:
+        return value + size * gaussian(effect.key, t_ns, 1 + index)
+    if op == QUANTISE:
+        return size * _rounded(value / size)
+    if op == SATURATE:
+        return size if value > size else -size if value < -size else value
+    return value
+
+
+@compiled
+def _alter(effect, t_ns):
+    """Let an effect act on its numbers, if it does at t."""
+    before = row(effect.memory, MEMORY).active
+    if not is_active(effect, t_ns):
+        return
+    if effect.op == BIT_FLIP:
+        at = effect.target + effect.bit // 8
+        set_byte_at(at, byte_at(at) ^ (1 << (effect.bit % 8)))
+        return
+    seconds = (t_ns - row(effect.memory, MEMORY).onset) * _NANO
+    for index in range(effect.count):
+        at = effect.target + index * effect.size
+        value = double_at(at) if effect.size == 8 else float(single_at(at))
+        if effect.op == HOLD and before == 0:
+            set_double_at(effect.buffer + 8 * index, value)
+        value = _altered(effect, value, seconds, t_ns, index)
+        if effect.size == 8:
+            set_double_at(at, value)
+        else:
+            set_single_at(at, np.float32(value))
+
+
+@compiled
+def _is_new(record, kept, size, stamp):
+    """Whether a message differs from another one, but for the stamp."""
+    for at in range(0, size, 4):
+        if (record + at < stamp or record + at >= stamp + 8) and half_at(record + at) != half_at(kept + at):
+            return True
+    return False
+
+
+@compiled
+def _repeat(effect, record, size):
+    """A frozen or stale message: the one of the onset again."""
+    stamp = word_at(effect.stamp)
+    copy(record, effect.buffer, size)
+    if effect.op == FREEZE:
+        set_word_at(effect.stamp, stamp)
+
+
+@compiled
+def _delayed(effect, memory, record, size):
+    """Put a message into the queue and take the one from ``ticks`` firings ago out; whether there is one."""
+    length = effect.ticks + 1
+    copy(effect.buffer + memory.head * size, record, size)
+    memory.head = (memory.head + 1) % length
+    if memory.filled < effect.ticks:
+        memory.filled += 1
+        return False
+    copy(record, effect.buffer + memory.head * size, size)
+    return True
+
+
+@compiled
+def _messages(effect, record, size, count, t_ns):
+    """How many messages of ``count`` are left by an effect on whole messages, whose content it may change."""
+    memory = row(effect.memory, MEMORY)
+    op, before = effect.op, memory.active
+    if op == ON_CHANGE:
+        if memory.filled != 0 and not _is_new(record, effect.buffer, size, effect.stamp):
+            return 0
+        memory.filled = 1
+        copy(effect.buffer, record, size)
+        return count
+    if not is_active(effect, t_ns):
+        memory.filled = 0
+        return count
+    if op == DROP:
+        return 0
+    if op == DUPLICATE:
+        return 2 * count
+    if op == DELAY:
+        return count if _delayed(effect, memory, record, size) else 0
+    if before == 0:
+        copy(effect.buffer, record, size)
+    else:
+        _repeat(effect, record, size)
+    return count
+
+
+@compiled
+def deliver(channel_at, t_ns):
+    """Pass a record through the effects on it; return how often the message is delivered."""
+    channel = row(channel_at, CHANNEL)
+    copy(channel.record, channel.origin, channel.size)
+    at, count = channel.effects, 1
+    while at < channel.effects_end:
+        effect = row(at, EFFECT)
+        if effect.op < DROP:
+            _alter(effect, t_ns)
+        elif count > 0:
+            count = _messages(effect, channel.record, channel.size, count, t_ns)
+        at += EFFECT_SIZE
+    if count > 0 and channel.visible != 0:
+        copy(channel.visible, channel.record, channel.size)
+    channel.delivered = count
+    return count
+
+
+@compiled
+def prepare(own_at, t_ns):
+    """What faults do to a component before it fires: to itself, to parameters, state and inputs.
+
+    Returns GOES_ON, IS_DOWN (it does not fire), or BEGINS_ANEW (its state is fresh: the caller runs its start first).
+    """
+    own = row(own_at, OWN)
+    if own.first != 0:
+        own.is_down = row(own.first, OWN).is_down
+        if own.is_down == 0:
+            _take_inputs(own, t_ns)
+        return IS_DOWN if own.is_down != 0 else GOES_ON
+    down, anew, at = 0, 0, own.ends
+    while at < own.ends_end:
+        effect = row(at, EFFECT)
+        before = row(effect.memory, MEMORY).active
+        if is_active(effect, t_ns):
+            down = 1
+        elif effect.op == RESTART and before != 0:
+            anew = 1
+        at += EFFECT_SIZE
+    own.is_down = down
+    if down != 0:
+        return IS_DOWN
+    if anew != 0:
+        copy(own.state, own.fresh, own.state_size)
+    if own.parameters_size != 0:
+        copy(own.parameters, own.nominal, own.parameters_size)
+    at = own.effects
+    while at < own.effects_end:
+        _alter(row(at, EFFECT), t_ns)
+        at += EFFECT_SIZE
+    _take_inputs(own, t_ns)
+    return BEGINS_ANEW if anew != 0 else GOES_ON
+
+
+@compiled
+def _take_inputs(own, t_ns):
+    at = own.channels
+    while at < own.channels_end:
+        deliver(at, t_ns)
+        at += CHANNEL_SIZE

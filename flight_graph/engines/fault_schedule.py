@@ -1,0 +1,197 @@
+"""Where faults stand in a schedule: which firing looks at them, and which arrays they work on.
+
+Names of arrays, besides those of `flight_graph.engines.schedule`: E_ (an output behind its faults), S_ and F_ (an input on
+its way through its faults, and as its reader sees it), N_ (parameters before faults), Z_ (the state at the start), W_ (a
+signal that a condition reads), T_ (the ticks of a log whose messages are not regular), A_ (what a fault remembers), B_
+(numbers and messages that it keeps), C_ (the steps of its condition).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flight_graph.engines import effects
+from flight_graph.faults import fault_types as types
+from flight_graph.faults.fault_set import Fault, FaultSet
+from flight_graph.faults.report import REPORT, is_report
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One fault at one record. array, offset, dtype, count: the numbers; stamp: offset of the stamp, for messages.
+
+    kept: bytes that it keeps (numbers, or messages of ``size``). name: of its arrays.
+    """
+
+    name: str
+    fault: Fault
+    op: int
+    array: str
+    offset: int = 0
+    dtype: np.dtype = np.dtype("<f8")
+    count: int = 0
+    stamp: int = 0
+    kept: int = 0
+    node: str = ""  # whose firings look at it
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A record on its way through the effects on it: from ``origin`` to ``record``, and on to ``visible`` where it is shown."""
+
+    name: str
+    origin: str
+    record: str
+    visible: str | None
+    effects: tuple[Effect, ...]
+
+
+@dataclass(frozen=True)
+class Own:
+    """What a firing looks at before it calls its part. first: whether it is the component's first part in a tick."""
+
+    node: str
+    first: bool
+    ends: tuple[Effect, ...] = ()  # of the component itself
+    effects: tuple[Effect, ...] = ()  # of state and parameters
+    channels: tuple[Channel, ...] = ()  # of inputs
+    parameters: str | None = None  # array of the parameters as the part sees them, where faults change them
+
+
+_NUMBER_OPS = {"bias": effects.BIAS, "spike": effects.BIAS, "scale": effects.SCALE, "drift": effects.DRIFT,
+               "noise": effects.NOISE, "quantise": effects.QUANTISE, "saturate": effects.SATURATE, "off": effects.STUCK,
+               "bit_flip": effects.BIT_FLIP}
+_MESSAGE_OPS = {"drop": effects.DROP, "delay": effects.DELAY, "duplicate": effects.DUPLICATE, "freeze": effects.FREEZE,
+                "stale": effects.STALE}
+
+
+def _op(fault: Fault) -> int:
+    if fault.entry.type == "stuck":
+        return effects.HOLD if fault.entry.value is None else effects.STUCK
+    if fault.place.kind == types.COMPONENT:
+        return effects.RESTART if fault.entry.type == "restart" else effects.DOWN
+    return {**_NUMBER_OPS, **_MESSAGE_OPS}[fault.entry.type]
+
+
+@dataclass
+class NodeFaults:
+    """The faults of one component, bound to the names of arrays.
+
+    node: with ``name`` and ``component``. irregular: whether it may fall silent.
+    """
+
+    node: object
+    faults: list[Fault]
+    irregular: bool
+
+    def _effect(self, fault: Fault, array: str, signal=None) -> Effect:
+        place, op = fault.place, _op(fault)
+        common = {"name": f"{self.node.name}_{fault.id}", "fault": fault, "op": op, "array": array, "node": self.node.name}
+        if place.field is not None:
+            found = place.field
+            return Effect(**common, offset=found.offset, dtype=found.dtype, count=found.count,
+                          kept=8 * found.count if op == effects.HOLD else 0)
+        if signal is None:
+            return Effect(**common)
+        size, ring = signal.dtype.itemsize, (fault.entry.ticks or 0) + 1
+        return Effect(**common, stamp=_stamp_offset(signal), kept=size * ring)
+
+    def output(self, port: str, written: str, record: str) -> Channel | None:
+        """The way of an output through its faults; None where it has none."""
+        signal = self.node.component.outputs[port]
+        mine = [fault for fault in self.faults if fault.place.port == port
+                and fault.place.kind in (types.OUTPUT, types.OUTPUT_MESSAGE)]
+        found = tuple(self._effect(fault, record, signal) for fault in mine)
+        if is_report(self.node.component):
+            found = self._report(record, signal)
+        if not found and not self.irregular:
+            return None
+        return Channel(f"{self.node.name}_{port}", written, record, None, found)
+
+    def _report(self, record, signal):
+        flags = [Effect(f"{REPORT}_{fault.id}", fault, effects.FLAG, record, signal.dtype.fields[fault.id][1], count=1,
+                        node=self.node.name) for fault in self.faults]
+        changed = Effect(f"{REPORT}_changed", self.faults[0], effects.ON_CHANGE, record, stamp=_stamp_offset(signal),
+                         kept=signal.dtype.itemsize)
+        return (*flags, changed)
+
+    def input(self, port: str, origin: str) -> Channel | None:
+        """The way of an input through its faults; None where it has none."""
+        mine = [fault for fault in self.faults if fault.place.port == port
+                and fault.place.kind in (types.INPUT, types.INPUT_MESSAGE)]
+        if not mine or is_report(self.node.component):
+            return None
+        name, signal = f"{self.node.name}_{port}", self.node.component.inputs[port]
+        return Channel(name, origin, f"S_{name}", f"F_{name}",
+                       tuple(self._effect(fault, f"S_{name}", signal) for fault in mine))
+
+    def own(self, part: str, parameters: str, state: str, inputs: tuple[Channel, ...]) -> Own | None:
+        """What the firing of a part looks at; None where there is nothing."""
+        if is_report(self.node.component):
+            return None
+        first = part in ("kernel", "output")
+        ends = [self._effect(fault, "") for fault in self.faults if fault.place.kind == types.COMPONENT]
+        changes = [self._effect(fault, parameters if fault.place.kind == types.PARAMETER else state)
+                   for fault in self.faults if fault.place.kind in (types.STATE, types.PARAMETER)]
+        if not (ends or changes or inputs):
+            return None
+        changed = any(fault.place.kind == types.PARAMETER for fault in self.faults)
+        if not first:
+            return Own(self.node.name, False, channels=inputs) if inputs or ends else None
+        return Own(self.node.name, True, tuple(ends), tuple(changes), inputs, parameters if changed else None)
+
+    @property
+    def changes_parameters(self) -> bool:
+        """Whether a fault changes parameters."""
+        return any(fault.place.kind == types.PARAMETER for fault in self.faults)
+
+
+def of(faults: FaultSet | None, node) -> NodeFaults | None:
+    """The faults of a component; None where it has none. Those of all belong to the report of them."""
+    mine = faults.of(node.name) if faults else []
+    if not mine:
+        return None
+    silent = is_report(node.component) or any(fault.place.kind == types.COMPONENT for fault in mine)
+    return NodeFaults(node, mine, silent)
+
+
+def watched(node: str, other: str, port: str) -> str:
+    """The array of a signal that the conditions of a component's faults read."""
+    return f"W_{node}_{other}_{port}"
+
+
+def memory(firings, components: dict, arrays: dict) -> dict[str, np.ndarray]:
+    """Fresh arrays of all that the faults of some firings remember and keep. components: node -> class; arrays: those that
+    there are, with parameters and states as they begin."""
+    made = {}
+    for firing in firings:
+        component, own = components[firing.node], firing.own
+        for one in firing.publications:
+            if one.channel is not None:
+                made[one.channel.record] = one.signal.new()[1]
+                _remember(made, one.channel.effects)
+        if own is None:
+            continue
+        _remember(made, (*own.ends, *own.effects))
+        for channel in own.channels:
+            signal = component.inputs[channel.name.removeprefix(f"{firing.node}_")]
+            made[channel.record], made[channel.visible] = signal.new()[1], signal.new()[1]
+            _remember(made, channel.effects)
+        if own.parameters:
+            made[f"N_{firing.node}"] = arrays[own.parameters].copy()
+        if own.ends:
+            made[f"Z_{firing.node}"] = arrays[firing.state].copy()
+    return made
+
+
+def _remember(made, found):
+    for effect in found:
+        made[f"A_{effect.name}"] = np.zeros(1, effects.MEMORY)
+        if effect.kept:
+            made[f"B_{effect.name}"] = np.zeros(-(-effect.kept // 8), "<i8")
+        if effect.fault.condition and effect.op != effects.ON_CHANGE:
+            made[f"C_{effect.name}"] = np.zeros(len(effect.fault.condition.steps), effects.STEP)
+
+
+def _stamp_offset(signal) -> int:
+    return next(offset for path, _, offset, _ in signal.leaves() if path.endswith("stamp.sec"))

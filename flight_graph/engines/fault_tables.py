@@ -1,0 +1,101 @@
+"""The faults of a schedule as tables of addresses, for `flight_graph.engines.effects`."""
+
+import numpy as np
+
+from flight_graph.engines import effects
+from flight_graph.engines.addresses import address
+from flight_graph.engines.effects import CHANNEL, EFFECT, OWN, STEP
+from flight_graph.engines.fault_schedule import watched
+from flight_graph.faults import conditions
+
+_KINDS = {"<f8": effects.DOUBLE, "<f4": effects.SINGLE, "<i8": effects.SIGNED, "<u4": effects.UNSIGNED,
+          "|u1": effects.BYTE, "|b1": effects.BYTE}
+
+
+class FaultTables:
+    """All rows of a schedule's faults, over the arrays of one run; they live as long as this."""
+
+    def __init__(self, schedule, arrays: dict):
+        self._arrays, self._rows, self._owns, self._channels = arrays, [], {}, {}
+        for firing in schedule.firings:
+            for made in firing.publications:
+                if made.channel is not None:
+                    self._channels[made.channel.name, made.record] = self._channel_row(made.channel)
+        for firing in schedule.firings:
+            if firing.own is not None:
+                self._owns[firing.node, firing.part] = self._own_row(firing)
+
+    def channel(self, made) -> int:
+        """Address of the way of an output through its faults; 0: it has none."""
+        return address(self._channels[made.channel.name, made.record]) if made.channel is not None else 0
+
+    def own(self, firing) -> int:
+        """Address of what a firing looks at first; 0: nothing."""
+        return address(self._owns[firing.node, firing.part]) if firing.own is not None else 0
+
+    def delivered(self, channel) -> int:
+        """How many messages of an output its last firing delivered."""
+        return int(self._channels[channel.name, channel.record]["delivered"][0])
+
+    def _keep(self, rows: np.ndarray) -> tuple[int, int]:
+        """Begin and end of a table that is kept."""
+        self._rows.append(rows)
+        return address(rows), address(rows) + rows.nbytes
+
+    def _effects(self, found) -> tuple[int, int]:
+        return self._keep(np.array([self._effect_row(effect) for effect in found], EFFECT)) if found else (0, 0)
+
+    def _channel_row(self, channel):
+        arrays = self._arrays
+        return np.array([(address(arrays[channel.origin]), address(arrays[channel.record]), arrays[channel.record].nbytes,
+                          address(arrays[channel.visible]) if channel.visible else 0, *self._effects(channel.effects), 0)],
+                        CHANNEL)
+
+    def _own_row(self, firing):
+        arrays, own, row = self._arrays, firing.own, np.zeros(1, OWN)
+        for name, found in (("ends", own.ends), ("effects", own.effects)):
+            row[name], row[f"{name}_end"] = self._effects(found)
+        channels = [self._channel_row(channel) for channel in own.channels]
+        row["channels"], row["channels_end"] = self._keep(np.concatenate(channels)) if channels else (0, 0)
+        if own.parameters:
+            nominal = arrays[f"N_{own.node}"]
+            row["parameters"], row["nominal"] = address(arrays[own.parameters]), address(nominal)
+            row["parameters_size"] = nominal.nbytes
+        if own.ends:
+            state = arrays[firing.state]
+            row["state"], row["fresh"], row["state_size"] = address(state), address(arrays[f"Z_{own.node}"]), state.nbytes
+        if not own.first:
+            first = next((row for (node, part), row in self._owns.items() if node == own.node), None)
+            row["first"] = address(first) if first is not None else 0
+        return row
+
+    def _effect_row(self, effect):
+        fault, entry, row = effect.fault, effect.fault.entry, np.zeros(1, EFFECT)
+        memory, buffer = self._arrays[f"A_{effect.name}"], self._arrays.get(f"B_{effect.name}")
+        window = fault.window
+        values = {"op": effect.op, "begin": window.begin, "end": window.end, "every": window.every, "span": window.span,
+                  "key": fault.key, "each": entry.every or 0, "ticks": entry.ticks or 0, "bit": entry.bit or 0,
+                  "size": effect.dtype.itemsize, "count": effect.count, "memory": address(memory),
+                  "buffer": address(buffer) if buffer is not None else 0, "ramp": entry.ramp_s or 0.0,
+                  "value": 0.0 if entry.value is None else entry.value,
+                  "chance": 1.0 if entry.probability is None else entry.probability}
+        if effect.op == effects.FLAG:
+            values |= {"value": 1.0, "ramp": 0.0, "each": 0, "chance": 1.0}
+        if effect.array:
+            record = address(self._arrays[effect.array])
+            values |= {"target": record + effect.offset, "stamp": record + effect.stamp}
+        if fault.condition and effect.op != effects.ON_CHANGE:
+            values["when"], values["when_end"] = self._condition(effect)
+        for name, value in values.items():
+            row[name] = value
+        return row[0].item()
+
+    def _condition(self, effect):
+        steps = self._arrays[f"C_{effect.name}"]
+        at, size = address(steps), STEP.itemsize
+        for row, step in zip(steps, effect.fault.condition.steps):
+            row["op"], row["a"], row["b"], row["constant"] = step.op, at + size * step.a, at + size * step.b, step.constant
+            if step.op == conditions.READ:
+                row["address"] = address(self._arrays[watched(effect.node, *step.signal)]) + step.field.offset
+                row["kind"] = _KINDS[step.field.dtype.str]
+        return at, at + steps.nbytes

@@ -1,0 +1,1 @@
+"""Faults: what a scenario breaks, where and when; the truth that flight software has to find out."""

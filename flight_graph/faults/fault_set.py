@@ -1,0 +1,175 @@
+"""The faults of a scenario, checked against its graph: what each does, to which numbers or messages, and when.
+
+Each fault belongs to the firings of one component: of the one that publishes the output, reads the input, or owns state and
+parameters. There it is looked at once a firing, and decided by time, by the seed and its own name, and by signals as they
+were before the tick, so that every engine comes to the same.
+"""
+
+from dataclasses import dataclass
+
+from flight_graph.errors import FlightError
+from flight_graph.faults import fault_types as types
+from flight_graph.faults.conditions import Condition, condition
+from flight_graph.faults.fault_file import FaultEntry
+from flight_graph.faults.fault_types import TYPES, FaultType
+from flight_graph.faults.places import Place, place
+from flight_graph.faults.report import REPORT
+from flight_graph.timebase import SECOND
+from flight_math.noise import stream_key
+from msg_schemas.qos import Role
+
+FOREVER = 2**62  # [ns]
+
+
+@dataclass(frozen=True)
+class Window:
+    """When a fault may be active [ns]: from begin until before end; of each ``every`` (0: never again) the first ``span``.
+
+    With a condition, ``span`` counts from each onset of it (0: as long as it holds).
+    """
+
+    begin: int
+    end: int
+    every: int
+    span: int
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault in its graph. key: of its random numbers."""
+
+    entry: FaultEntry
+    place: Place
+    window: Window
+    condition: Condition | None
+    key: int
+
+    @property
+    def id(self) -> str:
+        return self.entry.id
+
+    @property
+    def type(self) -> FaultType:
+        return TYPES[self.entry.type]
+
+
+class FaultSet:
+    """All faults of a graph. Raises FlightError, which begins with ``where`` and the fault's id.
+
+    nodes: name -> node, as in a graph; seed: of the scenario.
+    """
+
+    def __init__(self, entries: list[FaultEntry], nodes: dict, seed: int, where: str):
+        self.nodes, self.entries = nodes, entries
+        self.faults = [_fault(entry, nodes, seed, f"{where}.{entry.id}") for entry in entries]
+        _refuse_contradictions(self.faults, where)
+
+    def __bool__(self):
+        return bool(self.faults)
+
+    def of(self, node: str) -> list[Fault]:
+        """The faults that belong to a component's firings, in the order of the file; all to the report of them."""
+        return self.faults if node == REPORT else [fault for fault in self.faults if fault.place.node == node]
+
+    def watched(self, node: str) -> list[tuple[str, str]]:
+        """The (node, port) that the conditions of a component's faults read."""
+        return watched(self.of(node))
+
+    def is_irregular(self, node: str, port: str) -> bool:
+        """Whether messages of an output may be missing, late or double."""
+        return node == REPORT or any(fault.place.kind == types.COMPONENT or (fault.place.kind == types.OUTPUT_MESSAGE
+                                                           and fault.place.port == port) for fault in self.of(node))
+
+
+def watched(faults: list[Fault]) -> list[tuple[str, str]]:
+    """The (node, port) that the conditions of some faults read."""
+    return list(dict.fromkeys(signal for fault in faults if fault.condition for signal in fault.condition.signals))
+
+
+def _fault(entry, nodes, seed, where) -> Fault:
+    found = place(entry.at, nodes, f"{where}.at")
+    kind, node = TYPES[entry.type], nodes[found.node]
+    if found.kind not in kind.places:
+        raise FlightError(f"{where}: {entry.type} has no meaning for {found.kind} ({entry.at}); allowed there: "
+                          f"{', '.join(types.allowed_at(found.kind))}{_hint(found, node, kind)}")
+    _check_place(entry, found, node, where)
+    period = node.period_ns
+    if found.kind in (types.OUTPUT, types.OUTPUT_MESSAGE):
+        period = node.output_period_ns(found.port)
+    asked = condition(entry.when, nodes, f"{where}.when") if entry.when is not None else None
+    return Fault(entry, found, _window(entry, period), asked, stream_key(seed, f"fault {entry.id}"))
+
+
+def _hint(found, node, kind) -> str:
+    if found.kind not in types.MESSAGES or not set(kind.places) & {types.OUTPUT, types.INPUT}:
+        return ""
+    output = found.kind == types.OUTPUT_MESSAGE
+    signal = (node.component.outputs if output else node.component.inputs)[found.port]
+    return f"; or name a field: {', '.join(path for path, dtype, _, _ in signal.leaves() if dtype.base.kind == 'f')}"
+
+
+def _check_place(entry, found, node, where):
+    component = node.component
+    if found.kind in (types.OUTPUT, types.OUTPUT_MESSAGE) and component.outputs[found.port].role is Role.TRUTH:
+        raise FlightError(f"{where}.at: {entry.at} is the truth, which has no faults; break what measures it or acts on it")
+    if found.kind == types.COMPONENT and component.kernel is None:
+        raise FlightError(f"{where}.at: {found.node} is the world itself (it moves with time): it cannot {entry.type}")
+    field = found.field
+    if field is None:
+        return
+    if entry.type == "bit_flip":
+        if field.count != 1:
+            raise FlightError(f"{where}.at: {found.path} has {field.count} numbers; name one: {found.path}[0]")
+        bits = 8 * field.dtype.itemsize
+        if entry.bit >= bits:
+            raise FlightError(f"{where}.bit: {entry.bit} is outside of the number; {found.path} has {bits} bits, 0 to "
+                              f"{bits - 1}")
+    elif field.dtype.kind != "f":
+        raise FlightError(f"{where}.at: {found.path} is a whole number, where {entry.type} has no meaning; allowed there: "
+                          "bit_flip")
+    if found.kind == types.PARAMETER:
+        _check_parameter(entry, found, node, where)
+
+
+def _check_parameter(entry, found, node, where):
+    """The values that a fault gives to a parameter are allowed ones, as far as they are known before."""
+    name = found.path.partition("[")[0]
+    declared, value = node.component.parameters.entries[name], 0.0 if entry.type == "off" else entry.value
+    if value is None or entry.type not in ("stuck", "off") or name not in node.values:
+        return
+    declared.validate(_with(node.values[name], value), f"{where}: {found.node}.parameters.{name}")
+
+
+def _with(nominal, value):
+    return [_with(part, value) for part in nominal] if isinstance(nominal, list) else value
+
+
+def _window(entry, period) -> Window:
+    def ns(seconds):
+        return round(seconds * SECOND)
+
+    if entry.at_s is not None:
+        return Window(ns(entry.at_s), ns(entry.at_s) + period, 0, 0)
+    begin = ns(entry.from_s or 0.0)
+    end = FOREVER if entry.until_s is None else ns(entry.until_s)
+    every = 0 if entry.every_s is None else ns(entry.every_s)
+    span = 0 if entry.for_s is None else ns(entry.for_s)
+    if TYPES[entry.type].is_event and not span and (every or entry.when):
+        span = period
+    if every and not span:
+        span = period
+    if span and not every and entry.when is None:
+        end, span = min(end, begin + span), 0
+    return Window(begin, end, every, span)
+
+
+def _refuse_contradictions(faults, where):
+    """Two faults that both decide a number (or messages, or a component) alone, at the same time."""
+    alone = [fault for fault in faults if fault.type.replaces and fault.condition is None]
+    for number, fault in enumerate(alone):
+        for other in alone[:number]:
+            times = max(fault.window.begin, other.window.begin), min(fault.window.end, other.window.end)
+            if times[0] < times[1] and fault.place.meets(other.place):
+                until = "the end of the run" if times[1] >= FOREVER else f"{times[1] / SECOND:g} s"
+                raise FlightError(f"{where}.{fault.id}: it contradicts {other.id}: both decide {fault.entry.at} alone from "
+                                  f"{times[0] / SECOND:g} s to {until}")
