@@ -17,15 +17,15 @@ if numba.config.DISABLE_JIT:
     @cache
     def row(address, dtype):
         """The record of a NumPy dtype at an address."""
-        memory = (ctypes.c_ubyte * dtype.itemsize).from_address(address)
+        memory = (ctypes.c_ubyte * dtype.itemsize).from_address(int(address))
         return np.frombuffer(memory, dtype).view(np.recarray)[0]
 
     def _accessors(kind):
         def read(address):
-            return kind.from_address(address).value
+            return kind.from_address(int(address)).value
 
         def write(address, value):
-            kind.from_address(address).value = value
+            kind.from_address(int(address)).value = value
         return read, write
 
     word_at, set_word_at = _accessors(ctypes.c_int64)
@@ -36,7 +36,7 @@ if numba.config.DISABLE_JIT:
 
     def copy(target, origin, size):
         """Copy bytes."""
-        ctypes.memmove(target, origin, size)
+        ctypes.memmove(int(target), int(origin), int(size))
 
     def compiled(function):
         """The function as it is."""

@@ -26,15 +26,15 @@ from flight_math.noise import gaussian, uniform
 
 
 def table(words: str, numbers: str = "") -> np.dtype:
-    """A row of int64 and float64 fields."""
+    """A row of int64 and float64 fields; their names are no attributes of a NumPy record."""
     return np.dtype([(name, "<i8") for name in words.split()] + [(name, "<f8") for name in numbers.split()])
 
 
-EFFECT = table("op begin end every span when when_end key each ticks bit target size count stamp buffer memory",
+EFFECT = table("op begin end every span when when_end key each ticks bit target width count stamp buffer memory",
                "value ramp chance")  # times [ns]; addresses: when, target, stamp, buffer, memory
 MEMORY = table("active onset latched since counted head filled")
 STEP = table("op a b address kind", "constant value")  # of a condition; a, b: addresses of earlier steps
-CHANNEL = table("origin record size visible effects effects_end delivered")
+CHANNEL = table("origin record length visible effects effects_end delivered")
 OWN = table("ends ends_end effects effects_end channels channels_end parameters nominal parameters_size state fresh "
             "state_size first is_down")  # of a firing; first: of the component's first part, in its second
 EFFECT_SIZE, STEP_SIZE, CHANNEL_SIZE = EFFECT.itemsize, STEP.itemsize, CHANNEL.itemsize
@@ -194,12 +194,12 @@ def _alter(effect, t_ns):
         return
     seconds = (t_ns - row(effect.memory, MEMORY).onset) * _NANO
     for index in range(effect.count):
-        at = effect.target + index * effect.size
-        value = double_at(at) if effect.size == 8 else float(single_at(at))
+        at = effect.target + index * effect.width
+        value = double_at(at) if effect.width == 8 else float(single_at(at))
         if effect.op == HOLD and before == 0:
             set_double_at(effect.buffer + 8 * index, value)
         value = _altered(effect, value, seconds, t_ns, index)
-        if effect.size == 8:
+        if effect.width == 8:
             set_double_at(at, value)
         else:
             set_single_at(at, np.float32(value))
@@ -267,17 +267,17 @@ def _messages(effect, record, size, count, t_ns):
 def deliver(channel_at, t_ns):
     """Pass a record through the effects on it; return how often the message is delivered."""
     channel = row(channel_at, CHANNEL)
-    copy(channel.record, channel.origin, channel.size)
+    copy(channel.record, channel.origin, channel.length)
     at, count = channel.effects, 1
     while at < channel.effects_end:
         effect = row(at, EFFECT)
         if effect.op < DROP:
             _alter(effect, t_ns)
         elif count > 0:
-            count = _messages(effect, channel.record, channel.size, count, t_ns)
+            count = _messages(effect, channel.record, channel.length, count, t_ns)
         at += EFFECT_SIZE
     if count > 0 and channel.visible != 0:
-        copy(channel.visible, channel.record, channel.size)
+        copy(channel.visible, channel.record, channel.length)
     channel.delivered = count
     return count
 

@@ -75,7 +75,7 @@ class FaultTables:
         window = fault.window
         values = {"op": effect.op, "begin": window.begin, "end": window.end, "every": window.every, "span": window.span,
                   "key": fault.key, "each": entry.every or 0, "ticks": entry.ticks or 0, "bit": entry.bit or 0,
-                  "size": effect.dtype.itemsize, "count": effect.count, "memory": address(memory),
+                  "width": effect.dtype.itemsize, "count": effect.count, "memory": address(memory),
                   "buffer": address(buffer) if buffer is not None else 0, "ramp": entry.ramp_s or 0.0,
                   "value": 0.0 if entry.value is None else entry.value,
                   "chance": 1.0 if entry.probability is None else entry.probability}
