@@ -41,9 +41,12 @@ class RosRun:
 
 
 def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: float,
-                    check_bounds: bool = False) -> dict[str, dict]:
-    """node name -> its ROS parameters: those of the component, and its place in the graph. Launch files use it too."""
-    graph = scenario.graph
+                    check_bounds: bool = False, origin: str = "") -> dict[str, dict]:
+    """node name -> its ROS parameters: those of the component, and its place in the graph. Launch files use it too.
+
+    origin: the name or the file of the scenario, for nodes with faults (by default its name).
+    """
+    graph, faults = scenario.graph, scenario.faults
     master = _clock_master(graph)
     names = [name for name in graph.nodes if name != master] + [RECORDER]
     window_ns = WINDOW * min(node.period_ns for node in graph.nodes.values())
@@ -61,8 +64,13 @@ def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: flo
             settings[f"inputs.{port}.topic"] = graph.signal(edge.node, edge.port).topic
             settings[f"inputs.{port}.period_ns"] = source.output_period_ns(edge.port)
             settings[f"inputs.{port}.delay"] = edge.delay
+            settings[f"inputs.{port}.slotted"] = faults.is_irregular(edge.node, edge.port)
+        if faults.of(name):
+            settings["scenario"] = origin or scenario.name
         for port in node.component.outputs:
             readers = {consumer.name + "." + target for consumer, target, _ in graph.consumers(name, port)}
+            readers |= {f"{other}.when {name}.{port}" for other in graph.nodes if (name, port) in faults.watched(other)}
+            settings[f"outputs.{port}.slotted"] = faults.is_irregular(name, port)
             settings[f"outputs.{port}.subscribers"] = len(readers) + ((name, port) in recorded)
         values = {key: flat(value) for key, value in node.values.items()}
         parameters[name] = {**values, "rate_hz": float(node.rate_hz),
@@ -233,7 +241,7 @@ def _specs(scenario, work, folder, pace, factor, timeout_s, check_bounds):
     resolved = work / "scenario.json"
     resolved.write_text(json.dumps(scenario.resolved()), encoding="utf-8", newline="\n")
     specs = []
-    for name, values in node_parameters(scenario, pace, factor, timeout_s, check_bounds).items():
+    for name, values in node_parameters(scenario, pace, factor, timeout_s, check_bounds, str(resolved)).items():
         if name == RECORDER:
             values = {**values, "scenario": str(resolved), "out": str(folder)}
         path = work / f"{name}.yaml"

@@ -75,7 +75,7 @@ def _advance(node, name, port, expected, deadline):
             raise FlightError(
                 f"{node.get_name()}: waited {node.settings.timeout_s:g} s for its input {name} on "
                 f"{port.subscription.topic} from {_source(node, port)}, stamp t = {expected / SECOND:.9f} s")
-        port.subscription.wait(deadline - time.monotonic_ns())
+        port.wait(deadline - time.monotonic_ns())
         node.check_alive()
         if port.subscription.abandoned_s() > _GONE_S:
             raise FlightError(f"{node.get_name()}: its input {name} has lost its source: {port.sources or 'its node'} "

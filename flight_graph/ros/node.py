@@ -14,7 +14,8 @@ from flight_graph.recordings.recording import formatted_payload
 from flight_graph.ros.parameters import ComponentParameters
 from flight_graph.ros.ports import InputPort, LoopOnly, OutputPort, RawPublisher, is_importable
 from flight_graph.ros.progress import Progress, Watch
-from flight_graph.ros.settings import declare
+from flight_graph.ros.recorder import read_scenario
+from flight_graph.ros.settings import Source, declare
 from flight_graph.ros.strangers import Strangers, misfits
 from flight_graph.timebase import SECOND, stamp_parts
 from msg_schemas.qos import Qos
@@ -42,12 +43,14 @@ class ComponentNode(LifecycleNode):
         self.parameters = ComponentParameters(self, component)
         self.parameters.record["period"] = self.settings.period_ns / SECOND
         group = LoopOnly()
+        self.faults = read_scenario(self.settings.scenario).faults if self.settings.scenario else None
         try:
             self._make_ports(component, group)
         except (RuntimeError, ParameterException) as error:  # of parameters qos_overrides
             raise FlightError(f"{self.get_name()}: {error}") from None
         records = {port: self.inputs[port].record if port in self.inputs else signal.new()[1]
                    for port, signal in component.inputs.items()}
+        watched = self._watch(group)
         self.formatted = [(made, RawPublisher(self, made.topic, made.type_name, made.role.qos))
                           for made in component.formatted if is_importable(made.type_name)]
         self.output_periods = {port: self.settings.output_period_ns(component, port) for port in self.outputs}
@@ -64,7 +67,7 @@ class ComponentNode(LifecycleNode):
         self._machine = SingleComponent(
             name, use, component, self.parameters.record, self.state,
             records, {port: entry.record for port, entry in self.outputs.items()}, self.output_periods,
-            self.settings.epoch_ns, self.settings.check_bounds)
+            self.settings.epoch_ns, self.settings.check_bounds, self.faults, watched)
         self._thread.start()
         if autostart:
             self.trigger_configure()
@@ -72,10 +75,27 @@ class ComponentNode(LifecycleNode):
 
     def _make_ports(self, component, group):
         """Outputs first: who finds the inputs, and sends, will have found where the answers come from."""
-        self.outputs = {port: OutputPort(self, port, signal, signal.topic) for port, signal in component.outputs.items()}
-        self.inputs = {
-            port: InputPort(self, port, signal, self.settings.sources[port].topic, self.settings.epoch_ns, group)
-            for port, signal in component.inputs.items() if self.settings.sources[port].is_connected}
+        settings = self.settings
+        self.outputs = {port: OutputPort(self, port, signal, signal.topic, settings.slotted[port])
+                        for port, signal in component.outputs.items()}
+        self.inputs = {port: self._input(port, signal, group)
+                       for port, signal in component.inputs.items() if settings.sources[port].is_connected}
+
+    def _input(self, port, signal, group):
+        source = self.settings.sources[port]
+        return InputPort(self, port, signal, source.topic, self.settings.epoch_ns, group, source.slotted)
+
+    def _watch(self, group) -> dict:
+        """The signals that conditions of faults of this node read, as inputs: (node, port) -> record."""
+        records = {}
+        for name, port in self.faults.watched(self.get_name()) if self.faults else ():
+            node, key = self.faults.nodes[name], f"when {name}.{port}"
+            signal = node.component.outputs[port]
+            self.settings.sources[key] = Source(signal.topic, node.output_period_ns(port), 1,
+                                                slotted=self.faults.is_irregular(name, port))
+            self.inputs[key] = self._input(key, signal, group)
+            records[name, port] = self.inputs[key].record
+        return records
 
     # -- lifecycle -----------------------------------------------------------------------------------------------
     def on_activate(self, state):
@@ -142,8 +162,9 @@ class ComponentNode(LifecycleNode):
         """Publish what is due at t: records, then the messages formatted from them. span_ns: see `call`."""
         for name, port in self.outputs.items():
             if t_ns % self.output_periods[name] < span_ns:
-                port.publish()
-                for made, publisher in self.formatted:
+                count = self._machine.delivered(name)
+                port.publish(self.settings.epoch_ns + t_ns, count)
+                for made, publisher in self.formatted * count:
                     if made.port == name:
                         publisher.publish(formatted_payload(made, port.record))
 
@@ -180,7 +201,7 @@ class ComponentNode(LifecycleNode):
                 return self._why_no_publisher(name, port)
         for name, port in self.outputs.items():
             wanted = self.settings.subscribers[name]
-            found = port.publisher.subscribers()
+            found = port.subscribers()
             if found < wanted:
                 return f"readers of its output {name} on {port.publisher.topic}: {found} of {wanted} have appeared"
         return self.progress.unmatched()

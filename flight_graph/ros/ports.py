@@ -11,6 +11,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
+from flight_graph.ros import slots
 from msg_schemas.qos import Qos
 from msg_schemas.signal import Signal
 
@@ -112,35 +113,52 @@ class RawPublisher:
 
 
 class OutputPort:
-    """An output of a component: the record that the kernel fills, and its publisher."""
+    """An output of a component: the record that the kernel fills, and its publisher. slotted: it says what it sends."""
 
-    def __init__(self, node, name: str, signal: Signal, topic: str):
+    def __init__(self, node, name: str, signal: Signal, topic: str, slotted: bool = False):
         self.name, self.signal = name, signal
         self.payload, self.record = signal.new()
         self.publisher = RawPublisher(node, topic, signal.type_name, signal.role.qos, overridable(node))
+        self._slots = RawPublisher(node, slots.slots_topic(topic), slots.TYPE, slots.QOS_OF_SLOTS) if slotted else None
 
-    def publish(self) -> None:
-        self.publisher.publish(self.payload.tobytes())
+    def publish(self, stamp_ns: int, count: int = 1) -> None:
+        """Send the record ``count`` times, and say so where the topic has slots."""
+        for _ in range(count):
+            self.publisher.publish(self.payload.tobytes())
+        if self._slots is not None:
+            self._slots.publish(slots.payload(stamp_ns, count))
+
+    def subscribers(self) -> int:
+        """How many readers there are, of its slots too where it has any."""
+        found = self.publisher.subscribers()
+        return found if self._slots is None else min(found, self._slots.subscribers())
 
 
 class InputPort:
     """An input of a component: the record that the kernel reads, and the messages still to come.
 
-    Stamps are nanoseconds since the start of the run; ``stamp_ns`` is that of the message in the record, None before.
+    Stamps are nanoseconds since the start of the run; ``stamp_ns`` is that of the message in the record, None before; of a
+    topic with slots, that of the slot, whose message may be missing or have another stamp.
     """
 
-    def __init__(self, node, name: str, signal: Signal, topic: str, epoch_ns: int, group):
+    def __init__(self, node, name: str, signal: Signal, topic: str, epoch_ns: int, group, slotted: bool = False):
         self.name, self.signal, self.epoch_ns = name, signal, epoch_ns
         self.payload, self.record = signal.new()
         self.subscription = RawSubscription(node, topic, signal.type_name, signal.role.qos, group, overridable(node))
+        self._reader = slots.SlotReader(self.subscription, RawSubscription(
+            node, slots.slots_topic(topic), slots.TYPE, slots.QOS_OF_SLOTS, group)) if slotted else None
         self.stamp_ns = None
         self._spare, self._spare_record = signal.new()
         self._spare_stamp = self._spare_record
         for part in signal.stamp_path.split("."):
             self._spare_stamp = self._spare_stamp[part]
-        self._pending_ns = None
+        self._pending_ns, self._is_filled = None, False
         self.sources = ""  # the nodes that publish it, once they have been found
         self.is_foreign = False  # its stamps are of another clock: each message counts as stamped when it is taken
+
+    def wait(self, nanoseconds: int) -> None:
+        """Wait until a message may be there, for at most ``nanoseconds`` (and never longer than a slice)."""
+        (self._reader or self.subscription).wait(nanoseconds)
 
     def count_from(self, epoch_ns: int) -> None:
         """Let t = 0 have another stamp."""
@@ -151,17 +169,29 @@ class InputPort:
     def peek(self) -> int | None:
         """Stamp of the next message that is not in the record yet, or None. Raises SignalMismatch."""
         if self._pending_ns is None:
-            message = self.subscription.take()
-            if message is None:
+            stamp_ns, messages = self._next()
+            if stamp_ns is None and not messages:
                 return None
-            self.signal.receive(message, self._spare)
-            stamp = self._spare_stamp[0]
-            self._pending_ns = int(stamp["sec"]) * 1_000_000_000 + int(stamp["nanosec"]) - self.epoch_ns
+            for message in messages:
+                self.signal.receive(message, self._spare)
+            self._is_filled = bool(messages)
+            if stamp_ns is None:
+                stamp = self._spare_stamp[0]
+                stamp_ns = int(stamp["sec"]) * 1_000_000_000 + int(stamp["nanosec"])
+            self._pending_ns = stamp_ns - self.epoch_ns
         return self._pending_ns
 
+    def _next(self):
+        """(stamp of the slot or None, messages) of what comes next; (None, []) when nothing is there."""
+        if self._reader is not None:
+            return self._reader.next() or (None, [])
+        message = self.subscription.take()
+        return None, [] if message is None else [message]
+
     def accept(self) -> None:
-        """Move the next message into the record."""
-        self.payload[:] = self._spare
+        """Move the next message into the record, where there is one."""
+        if self._is_filled:
+            self.payload[:] = self._spare
         self.stamp_ns, self._pending_ns = self._pending_ns, None
 
     def discard(self) -> None:

@@ -99,7 +99,7 @@ def _gather(node, t_ns, deadline):
                 left = deadline - time.monotonic_ns()
                 if left <= 0 or (expected is None and port.stamp_ns is None):
                     break
-                port.subscription.wait(left)
+                port.wait(left)
                 node.check_alive()
         if expected is not None and port.stamp_ns != expected:
             node.statistics.late_inputs += 1
@@ -164,7 +164,7 @@ def _run_follower(node):
         node.parameters.refresh()
         t_ns = _peek(node, trigger)
         if t_ns is None:
-            trigger.subscription.wait(SECOND)
+            trigger.wait(SECOND)
             if trigger.stamp_ns is None and not settings.supervised:
                 node.get_logger().info(f"waiting for {trigger.subscription.topic}", throttle_duration_sec=5.0)
             continue
@@ -211,7 +211,7 @@ def _follow(node, name, port, t_ns, deadline):
             if left <= 0:
                 node.statistics.late_inputs += 1
                 return
-            port.subscription.wait(left)
+            port.wait(left)
             node.check_alive()
     if expected is None:
         while _take(node, port, t_ns):

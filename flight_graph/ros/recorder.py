@@ -15,6 +15,8 @@ from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.recording import RecordedTopic, RunBag, formatted_payload
 from flight_graph.ros.ports import LoopOnly, RawSubscription, is_importable
 from flight_graph.ros.progress import Progress
+from flight_graph.ros.slots import TYPE as SLOT_TYPE
+from flight_graph.ros.slots import SlotReader, slots_topic
 from flight_graph.timebase import SECOND
 from msg_schemas.qos import RECORDER, Qos
 from msg_schemas.signal import SignalMismatch
@@ -28,11 +30,13 @@ QUIET_S = 0.3  # [s] after an interruption, messages on their way are waited for
 class Stream:
     """One recorded signal: messages taken but not written yet, and the stamp that must come next."""
 
-    def __init__(self, node, topic: RecordedTopic, epoch_ns: int, end_ns: int, group):
+    def __init__(self, node, topic: RecordedTopic, epoch_ns: int, end_ns: int, group, slotted: bool = False):
         self.topic, self.end_ns = topic, end_ns
         self.lost, self.refused, self.next_ns, self.queue = 0, 0, 0, deque()
         self._epoch_ns, self._log = epoch_ns, node.get_logger()
         self.subscription = RawSubscription(node, topic.topic, topic.type_name, RECORDER, group)
+        self._slots = SlotReader(self.subscription, RawSubscription(
+            node, slots_topic(topic.topic), SLOT_TYPE, RECORDER, group)) if slotted else None
         self._payload, self._record = topic.signal.new()
         self._offset = _stamp_offset(topic.signal)
 
@@ -43,22 +47,40 @@ class Stream:
     def drain(self) -> int:
         """Take all that has arrived; return how many messages. One that is not of this signal is refused and counted."""
         count, now = 0, time.monotonic()
-        while (message := self.subscription.take()) is not None:
+        for stamp_ns, messages in self._arrived():
             count += 1
-            try:
-                message = self._canonical(message)
-            except SignalMismatch as error:
-                self.refused += 1
-                if self.refused == 1:
-                    self._log.error(f"not recorded: {error}")
+            messages = [message for message in map(self._accepted, messages) if message is not None]
+            if stamp_ns is None and not messages:
                 continue
-            sec, nanosec = struct.unpack_from("<iI", message, self._offset)
-            t_ns = sec * SECOND + nanosec - self._epoch_ns
+            t_ns = (self._stamp_ns(messages[0]) if stamp_ns is None else stamp_ns) - self._epoch_ns
             self.lost += max(0, t_ns - self.next_ns) // self.topic.source_period_ns
             self.next_ns = t_ns + self.topic.source_period_ns
             if t_ns % self.topic.period_ns == 0 and t_ns < self.end_ns:
-                self.queue.append((t_ns, message, now))
+                self.queue.extend((t_ns, message, now) for message in messages)
         return count
+
+    def _arrived(self):
+        """Yield (stamp of the slot, or None, messages) of all that is there."""
+        if self._slots is None:
+            while (message := self.subscription.take()) is not None:
+                yield None, [message]
+        else:
+            while (slot := self._slots.next()) is not None:
+                yield slot
+
+    def _accepted(self, message) -> bytes | None:
+        """A message in the signal's own form; None for one that is not of this signal, which is counted."""
+        try:
+            return self._canonical(message)
+        except SignalMismatch as error:
+            self.refused += 1
+            if self.refused == 1:
+                self._log.error(f"not recorded: {error}")
+            return None
+
+    def _stamp_ns(self, message) -> int:
+        sec, nanosec = struct.unpack_from("<iI", message, self._offset)
+        return sec * SECOND + nanosec
 
     def _canonical(self, message) -> bytes:
         """A message in the signal's own form, so that all of a topic have one layout. Raises SignalMismatch."""
@@ -87,7 +109,8 @@ class Recorder:
         self.streams, self.listeners, self._formatted = [], [], {}
         for topic in bag.topics:
             if topic.formatted is None:
-                self.streams.append(Stream(node, topic, scenario.epoch_ns, end_ns, group))
+                slotted = scenario.faults.is_irregular(topic.node, topic.port)
+                self.streams.append(Stream(node, topic, scenario.epoch_ns, end_ns, group, slotted))
             else:
                 self._formatted.setdefault((topic.node, topic.port), []).append(topic)
         self.end_ns = end_ns

@@ -19,6 +19,7 @@ class Source:
     period_ns: int = 0
     delay: int = 0
     is_connected: bool = True  # False: the graph leaves this input open, and it stays zero
+    slotted: bool = False  # its messages may be missing: slots say what was sent
 
     def expected_ns(self, t_ns: int) -> int | None:
         """Stamp of the message that belongs to a firing at t: None when there is none yet, or no rate is known."""
@@ -48,6 +49,8 @@ class Settings:
     knows_epoch: bool = True  # False: a node among strangers takes its time zero from what it hears
     sources: dict[str, Source] = field(default_factory=dict)
     subscribers: dict[str, int] = field(default_factory=dict)
+    slotted: dict[str, bool] = field(default_factory=dict)  # outputs whose messages may be missing
+    scenario: str = ""  # of the graph, where its faults concern this node
 
     def output_period_ns(self, component, port: str) -> int:
         slower = component.output_rate_hz.get(port)
@@ -92,8 +95,11 @@ def declare(node, component) -> Settings:
             get(f"inputs.{port}.topic", signal.topic, "topic of this input"),
             int(get(f"inputs.{port}.period_ns", 0, "period of its messages [ns]; 0: take the newest")),
             int(get(f"inputs.{port}.delay", 0, "0: the message of this stamp; 1: the one before")),
-            is_connected=not settings.supervised or f"graph.inputs.{port}.topic" in node._parameter_overrides)
+            is_connected=not settings.supervised or f"graph.inputs.{port}.topic" in node._parameter_overrides,
+            slotted=bool(get(f"inputs.{port}.slotted", False, "whether faults may keep its messages back")))
+    settings.scenario = get("scenario", "", "the scenario, where its faults concern this node: a name, or a file")
     for port in component.outputs:
+        settings.slotted[port] = bool(get(f"outputs.{port}.slotted", False, "whether faults may keep its messages back"))
         settings.subscribers[port] = int(get(f"outputs.{port}.subscribers", 0, "readers to wait for at the start"))
     return settings
 
