@@ -80,6 +80,21 @@ def read(data, where: str) -> list[FaultEntry]:
     return entries
 
 
+def override(data, path: str, value, where: str) -> list[dict]:
+    """A copy of a block with ``ID.key`` replaced; a value of None takes the key away. Raises FlightError."""
+    name, _, key = path.partition(".")
+    entries = [dict(one) for one in data] if isinstance(data, list) and all(isinstance(one, dict) for one in data) else []
+    found = [one for one in entries if one.get("id") == name]
+    if not found:
+        raise unknown("fault", name, [str(one.get("id")) for one in entries], where)
+    if key not in FaultEntry.model_fields or key == "id":
+        raise unknown("key of a fault", key, [known for known in FaultEntry.model_fields if known != "id"], where)
+    found[0][key] = value
+    if value is None:
+        del found[0][key]
+    return entries
+
+
 def _entry(data, place, where) -> FaultEntry:
     name = data.get("id")
     label = f"{where}.{name}" if isinstance(name, str) and _IDENTIFIER.fullmatch(name) else place

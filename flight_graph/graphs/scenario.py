@@ -80,7 +80,7 @@ class Scenario:
         self.vary = None
         if self.file.vary is not None:
             self.vary = Vary(self.file.vary, origin, folder)
-            self.vary.check({node.name: node.component for node in nodes})
+            self.vary.check({node.name: node.component for node in nodes}, self.file.faults)
 
     @property
     def name(self) -> str:
@@ -212,7 +212,8 @@ def load(name_or_path: str, overrides: dict[str, Any] | None = None, case: int |
     """Read, override and validate a scenario.
 
     name_or_path: the name of one that comes with the packages, or a YAML file.
-    overrides: ``component.parameter`` -> value, ``component.rate_hz`` -> value, or a top-level key -> value.
+    overrides: ``component.parameter`` -> value, ``component.rate_hz`` -> value, ``faults.ID.key`` -> value, or a top-level
+    key -> value.
     case: number of a case of its ``vary`` block, whose values come on top.
     consent: is asked before code runs that the file names and that is neither of the packages nor in the file's folder.
     """
@@ -260,7 +261,8 @@ def read_file(name_or_path: str) -> tuple[dict, Path]:
 
 
 def override(data: dict, overrides: dict[str, Any], origin: str = "--set", folder: Path | None = None) -> dict:
-    """Return a copy of a scenario's data with ``component.parameter`` (or ``.rate_hz``) and top-level keys replaced.
+    """Return a copy of a scenario's data with ``component.parameter`` (or ``.rate_hz``), ``faults.ID.key`` and top-level
+    keys replaced.
 
     ``component.use`` puts another component in the place: it keeps those of the file's parameters that it has itself
     (the file wrote them for the one that left), and everything else that is overridden.
@@ -273,6 +275,9 @@ def override(data: dict, overrides: dict[str, Any], origin: str = "--set", folde
     for key in sorted(overrides, key=lambda key: not key.endswith(".use")):
         value = overrides[key]
         component, _, parameter = key.partition(".")
+        if component == report.REPORT and parameter:
+            data["faults"] = fault_file.override(data.get("faults"), parameter, value, f"{origin} {key}")
+            continue
         if not parameter:
             if key not in ScenarioFile.model_fields or key in ("components", "connect"):
                 raise FlightError(f"{origin} {key}: write component.parameter=value")

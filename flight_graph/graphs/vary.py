@@ -14,7 +14,7 @@
       runs: 200                                # draws for each combination of cases and grid
       seed: 7                                  # of the draws
 
-A key is ``component.parameter``, ``component.rate_hz``, ``component.use``, ``seed`` or ``duration_s``. The combinations
+A key is ``component.parameter``, ``component.rate_hz``, ``component.use``, ``faults.ID.key``, ``seed`` or ``duration_s``. The combinations
 (cases outermost, last key of the grid innermost) are numbered first: case K is combination K mod C with draw K div C.
 A draw is a pure function of (seed, key, draw number), so case K has the same values whatever ran before it and however
 many runs there are, and all combinations meet the same draws.
@@ -30,6 +30,8 @@ from pydantic import Field, ValidationError, field_validator
 
 from flight_graph.components import functions
 from flight_graph.errors import FlightError, unknown
+from flight_graph.faults import fault_file
+from flight_graph.faults.report import REPORT
 from flight_graph.graphs.distributions import MOST_COMBINATIONS, Cone, Distribution, Spaced, Strict
 from flight_graph.text_files import short
 from flight_math import noise
@@ -126,8 +128,8 @@ class Vary:
         values.update(self._drawn_together(number))
         return values
 
-    def check(self, components: dict) -> None:
-        """Refuse keys and fixed values that the components do not have. components: name -> class."""
+    def check(self, components: dict, faults: list | None = None) -> None:
+        """Refuse keys and fixed values that the components do not have. components: name -> class; faults: of the file."""
         keys = self.declared_keys()
         uses = {key.partition(".")[0] for key in keys if key.endswith(".use")}
         for key in keys:
@@ -135,7 +137,10 @@ class Vary:
             if not parameter:
                 if key not in TOP_LEVEL:
                     raise FlightError(f"{self.origin}: vary: '{key}' cannot be varied; allowed: component.parameter, "
-                                      "component.rate_hz, component.use, seed, duration_s")
+                                      "component.rate_hz, component.use, faults.ID.key, seed, duration_s")
+            elif name == REPORT:
+                for value in self._values(key):
+                    fault_file.override(faults, parameter, value, f"{self.origin}: vary: {key}")
             elif name not in components:
                 raise unknown("component", name, components, f"{self.origin}: vary: {key}")
             elif name not in uses and parameter not in ("rate_hz", "use"):
