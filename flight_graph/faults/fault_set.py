@@ -52,6 +52,11 @@ class Fault:
     def type(self) -> FaultType:
         return TYPES[self.entry.type]
 
+    @property
+    def unit(self) -> str:
+        """The unit that fails."""
+        return self.entry.unit or self.place.node
+
 
 class FaultSet:
     """All faults of a graph. Raises FlightError, which begins with ``where`` and the fault's id.
@@ -154,7 +159,7 @@ def _window(entry, period) -> Window:
     end = FOREVER if entry.until_s is None else ns(entry.until_s)
     every = 0 if entry.every_s is None else ns(entry.every_s)
     span = 0 if entry.for_s is None else ns(entry.for_s)
-    if TYPES[entry.type].is_event and not span and (every or entry.when):
+    if TYPES[entry.type].is_event and not span and entry.probability is None:
         span = period
     if every and not span:
         span = period
