@@ -97,6 +97,12 @@ def override(data, path: str, value, where: str) -> list[dict]:
     return entries
 
 
+def value(data: list[dict], path: str):
+    """The value of ``ID.key`` in a block; None where it is left out."""
+    name, _, key = path.partition(".")
+    return next((one.get(key) for one in data or [] if one.get("id") == name), None)
+
+
 def _entry(data, place, where) -> FaultEntry:
     name = data.get("id")
     label = f"{where}.{name}" if isinstance(name, str) and _IDENTIFIER.fullmatch(name) else place

@@ -46,7 +46,7 @@ class ComponentNode(LifecycleNode):
         self.faults = None
         if self.settings.scenario:
             scenario = read_scenario(self.settings.scenario)
-            self.faults, self.component = scenario.faults, scenario.graph.nodes[name].component  # with its texts
+            self.faults, self.component = scenario.faults, scenario.graph.nodes[self.get_name()].component
             component = self.component
         try:
             self._make_ports(component, group)
