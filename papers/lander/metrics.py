@@ -6,6 +6,7 @@ Definitions (ours; the paper's public text names no numbers):
 landed                1 when the contact trigger fired within the run
 touchdown_time_s      time of the contact trigger; null where it never fired
 lateral_m, speed_mps, attitude_deg, rate_dps   true state at the trigger, or at the end of the run
+height_m, height_min_m   z_D of the last true state, and the smallest
 clearance_min_m       smallest clearance d at |r| > 20 m, and when (clearance_min_time_s); clearance_min_all_m: anywhere
 los_max_deg           largest angle between -z_B and the goal at |r| > 5 m
 clearance_violation_s, los_violation_s   time with d < 0; time beyond the view cone at |r| > 5 m
@@ -44,6 +45,7 @@ def compute(scenario, signals) -> dict:
         "touchdown_time_s": end,
         "lateral_m": float(last["lateral"]),
         "height_m": final_height(signals),
+        "height_min_m": smallest_height(signals),
         "speed_mps": float(last["speed"]),
         "attitude_deg": math.degrees(last["attitude_error"]),
         "rate_dps": math.degrees(last["rate"]),
@@ -78,6 +80,11 @@ def seconds(records, scenario) -> np.ndarray:
 def final_height(signals):
     """z_D [m] of the last true state; NaN where the truth was not recorded."""
     return float(signals["lander/truth"]["site_position"][-1, 2]) if "lander/truth" in signals else math.nan
+
+
+def smallest_height(signals):
+    """Smallest z_D [m] of the true states; NaN where the truth was not recorded."""
+    return float(signals["lander/truth"]["site_position"][:, 2].min()) if "lander/truth" in signals else math.nan
 
 
 def law(scenario, signals, end) -> dict:
