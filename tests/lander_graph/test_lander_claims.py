@@ -1,6 +1,8 @@
 """The claims table of the landing, without its batches of 200 runs; its rows by hand; and that its figures can be drawn."""
 
 import math
+from collections import Counter
+from pathlib import Path
 
 import pytest
 
@@ -36,6 +38,18 @@ def test_every_sentence_of_the_abstract_and_every_formula_has_a_row():
     for place in ("Appendix A (1)", "Appendix A (2)", "Appendix A (3)", "Appendix A (4)", "eq. (52)", "eq. (53)",
                   "Appendix B, V1'", "Appendix B, V2'"):
         assert place in where
+
+
+def test_the_page_counts_the_rows_and_names_them():
+    content, page = read("lander"), (Path(__file__).parents[2] / "docs/lander.md").read_text()
+    counted = Counter(claim.statement for claim in content.claims)
+    assert (f"{len(content.claims)} rows: {counted['paper']} statements of the paper (all hold), {counted['implied']} that follow "
+            f"from it (5 hold), {counted['ours']} of ours.") in " ".join(page.split())
+    assert {claim.expect for claim in content.claims if claim.statement == "paper"} == {"holds"}
+    assert [claim.id for claim in content.claims if claim.statement == "implied" and claim.expect != "holds"] == ["eq-52"]
+    missing = [claim.id for claim in content.claims if f"`{claim.id}`" not in page]
+    assert set(missing) <= {"nominal-numbers", "navigation", "coriolis-baseline", "monte-carlo-perturbed",
+                            "monte-carlo-low-trigger", "monte-carlo-free"}  # there as numbers
 
 
 def test_reasons_are_short_sentences():
