@@ -37,7 +37,7 @@ from cubli_ros import jump_condition
 from cubli_ros.attitude import rotation_matrix
 from flight_math import Vec3, plain, sincos
 from papers.appc.consistency import filter_consistency
-from papers.appc.motion_metrics import model_metrics, proof_metrics, rate_error_jump
+from papers.appc.motion_metrics import has_proof, moments, proof_metrics, rate_error_jump, wheel_work
 
 SETTLED = 0.008  # [rad]
 TRUTH, COMMAND, FUNNEL, CONTACT = "cubli/truth", "cubli/wheel_command", "cubli/funnel", "cubli/truth/contact"
@@ -90,11 +90,13 @@ def compute(scenario, signals) -> dict:
     result["slip_time_s"] = float((friction_ratio > values.get("friction", 0.6)).mean() * (t[-1] - t[0]))
     if CONTACT in signals:
         result.update(contact_metrics(contact, values, scenario))
-    result.update(model_metrics(t, truth, torque, values))
-    if FUNNEL in signals and len(signals[FUNNEL]) == len(t):
-        law = scenario.graph.nodes["controller"].values
+        result.update(moments(truth, torque, values))
+    result["wheel_work"] = wheel_work(t, truth, torque)
+    if FUNNEL in signals:
         result["rate_error_jump"] = rate_error_jump(signals[FUNNEL])
-        result.update(proof_metrics(t, signals[FUNNEL], truth, values, law))
+        law = scenario.graph.nodes["controller"].values if "controller" in scenario.graph.nodes else {}
+        if has_proof(law) and len(signals[FUNNEL]) == len(t):
+            result.update(proof_metrics(t, signals[FUNNEL], truth, values, law))
     result.update(consistency)
     return result
 

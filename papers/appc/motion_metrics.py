@@ -7,7 +7,7 @@ the largest R of the run and v = R_h / (p_l k), per axis and for each loop i = a
 
 ======================== =============================================================================================
 proof_a_excess           largest V_a' + lambda_a p_l eps_a^2 of any axis [1/s], not above zero by eq. (24), (31)
-proof_u_excess           the same of V_u, eq. (38); a run that leaves a funnel, or has no adaptation, has none of these
+proof_u_excess           the same of V_u, eq. (38)
 proof_a_growth, _u_      largest V_i(t) - V_i(0), which eq. (25), (32), (40) say is not above zero
 proof_a_bound, _u_       bound on |xi_i| that follows, sqrt(1 - exp(-2 V_i(0))), largest of the axes
 rate_error_jump          largest change of e_u from one record to the next in which some xi_a changes sign [rad/s]
@@ -15,6 +15,9 @@ gyroscopic_moment        largest |omega x (Theta omega + J_w Omega)|, about the 
 gravity_moment           largest |M_g| [N m];  torque_norm: largest |u| [N m]
 wheel_work               integral of |u_i Omega_i| dt, all wheels [J]
 ======================== =============================================================================================
+
+The proof is of the law as printed, with its switching smoothed and gravity not fed forward; other runs have none of
+it, nor have those that leave a funnel or do not adapt. Moments are those of a plant with wheels and a contact.
 """
 
 import numpy as np
@@ -22,16 +25,20 @@ import numpy as np
 LOOPS = {"a": ("attitude_xi", "attitude_error", "attitude_bound"), "u": ("rate_xi", "rate_error", "rate_bound")}
 
 
-def model_metrics(t, truth, torque, values) -> dict:
-    """Moments and wheel work of a run; t (n,) [s], torque (n, 3) [N m], values: the plant's parameters."""
+def wheel_work(t, truth, torque) -> float:
+    """See the module's table; t (n,) [s], torque (n, 3) [N m]."""
+    return float(np.trapezoid(np.abs(torque * truth["wheel_speed"]).sum(axis=1), t))
+
+
+def moments(truth, torque, values) -> dict:
+    """Moments of a run; torque (n, 3) [N m], values: the plant's parameters."""
     rates, wheels = truth["rates"], truth["wheel_speed"]
     square = values["mass"] * values["length"] * values["length"]
     momentum = square * (11.0 / 12.0 * rates - 0.25 * rates.sum(axis=1, keepdims=True))
     momentum += values["wheel_inertia"] * wheels
     return {"gyroscopic_moment": largest_norm(np.cross(rates, momentum)),
             "gravity_moment": largest_norm(gravity_moment(truth, values)),
-            "torque_norm": largest_norm(torque),
-            "wheel_work": float(np.trapezoid(np.abs(torque * wheels).sum(axis=1), t))}
+            "torque_norm": largest_norm(torque)}
 
 
 def largest_norm(vectors) -> float:
@@ -51,6 +58,11 @@ def rate_error_jump(funnel) -> float:
     switched = (side[1:] != side[:-1]).any(axis=1)
     change = np.abs(np.diff(funnel["rate_error"], axis=0)).max(axis=1)
     return float(change[switched].max()) if switched.any() else 0.0
+
+
+def has_proof(law) -> bool:
+    """Whether a law of these parameters is the one that the proof is of."""
+    return law.get("law") == "explicit" and law["smoothing"] > 0.0 and law["feed_forward"] == 0.0
 
 
 def proof_metrics(t, funnel, truth, plant, law) -> dict:
