@@ -34,7 +34,7 @@ class RunEntry(BaseModel):
     scenario: str
     set: dict[str, Any] = Field(default_factory=dict)
     case: int | str | None = None
-    cases: Literal["all"] | list[int | str] | None = None
+    cases: Literal["all"] | list[int | str] | None = Field(default=None, min_length=1)
 
     @model_validator(mode="after")
     def _one(self):

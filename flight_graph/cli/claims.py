@@ -7,8 +7,12 @@ from typing import Annotated
 import typer
 
 from flight_graph.cli.show import console, number, steps
+from flight_graph.errors import FlightError
+from flight_graph.graphs.papers import papers
+from flight_graph.text_files import read_text
 
 SHOWN_VALUES = 8  # in a cell
+SAID = {"paper": "of the paper, quoted", "implied": "implied by the paper", "ours": "ours"}
 
 
 def register(app: typer.Typer) -> None:
@@ -22,16 +26,36 @@ def claims(
     figures: Annotated[Path | None, typer.Option(help="Draw the paper's figures into this folder.")] = None,
     bags: Annotated[Path | None, typer.Option(
         help="Keep every run as a bag in this folder, and take from there what is kept already.")] = None,
+    flips: Annotated[bool, typer.Option(
+        "--flips", help="Judge each row under the change that should make its verdict another one.")] = False,
+    text: Annotated[Path | None, typer.Option(
+        help="A text of the paper: say which quotations do not stand in it, and run nothing.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Recompute the claims of a paper from runs and say which hold. The status is 1 when a verdict has changed."""
+    names = [paper] if paper else list(papers())
+    given = {"--text": text, "--flips": flips or None, "--figures": figures, "--bags": bags}
+    alone = [name for name in ("--text", "--flips") if given[name] is not None]
+    if alone and sum(value is not None for value in given.values()) > 1:
+        raise FlightError(f"{alone[0]} goes with none of {', '.join(name for name in given if name != alone[0])}")
+    if text is not None:
+        failed = _quotations(paper, text, only, as_json)
+    elif flips:
+        failed = _flips(names, only, jobs, as_json)
+    else:
+        failed = _judge(names, only, jobs, figures, bags, as_json)
+    if failed:
+        raise typer.Exit(1)
+
+
+def _judge(names, only, jobs, figures, bags, as_json) -> bool:
     from flight_graph.claims import claims as engine
     kept = None
     if bags is not None:
         from flight_graph.claims.kept_runs import KeptRuns
         kept = KeptRuns(bags)
     rows = {}
-    for name in [paper] if paper else engine.papers():
+    for name in names:
         with steps(f"claims of {name}", not as_json) as advance:
             rows[name] = engine.judge(name, jobs, only, advance, kept)
     drawn = []
@@ -42,15 +66,73 @@ def claims(
     if as_json:
         print(json.dumps({"claims": [row.plain(name) for name, found in rows.items() for row in found],
                           "figures": [str(path) for path in drawn]}))
-    else:
-        for name, found in rows.items():
-            console.print(table(engine.read(name), found))
-        for path in drawn:
-            print(path)
-        if changed:
-            console.print(f"[red]changed verdicts: {', '.join(row.claim.id for row in changed)}[/red]")
+        return bool(changed)
+    for name, found in rows.items():
+        console.print(table(engine.read(name), found))
+        console.print(counts(found))
+    for path in drawn:
+        print(path)
     if changed:
-        raise typer.Exit(1)
+        console.print(f"[red]changed verdicts: {', '.join(row.claim.id for row in changed)}[/red]")
+    return bool(changed)
+
+
+def _flips(names, only, jobs, as_json) -> bool:
+    from rich.markup import escape
+    from rich.table import Table
+
+    from flight_graph.claims.flips import flip
+    found = {}
+    for name in names:
+        with steps(f"changes of {name}", not as_json) as advance:
+            found[name] = flip(name, only, jobs, advance)
+    stayed = [one for rows in found.values() for one in rows if not one.as_said]
+    if as_json:
+        print(json.dumps({"flips": [one.plain(name) for name, rows in found.items() for one in rows]}))
+        return bool(stayed)
+    for name, rows in found.items():
+        shown = Table("row", "verdict", "what is changed", "found then", "verdict then", title=name, title_justify="left")
+        for one in rows:
+            mark = "" if one.as_said else f" (expected: {one.claim.flip.to})"
+            shown.add_row(one.claim.id, _coloured(one.claim.expect), escape(one.claim.flip.change),
+                          escape(_found(one.judged)), _coloured(one.judged.verdict, mark))
+        console.print(shown)
+    if stayed:
+        console.print(f"[red]not as expected: {', '.join(one.claim.id for one in stayed)}[/red]")
+    return bool(stayed)
+
+
+def _quotations(paper, text, only, as_json) -> bool:
+    from flight_graph.claims import quotations
+    from flight_graph.claims.claims import chosen
+    from flight_graph.claims.claims_file import read
+    if paper is None:
+        raise FlightError("--text is the text of one paper: name it, as in 'flight claims appc --text paper.txt'")
+    rows = chosen(read(paper), only, paper)
+    lacking = quotations.missing(rows, read_text(text, str(text)))
+    total = sum(len(claim.quotes) for claim in rows)
+    if as_json:
+        print(json.dumps({"quotations": total, "missing": lacking}))
+        return bool(lacking)
+    for name, quotes in lacking.items():
+        for quote in quotes:
+            print(f"{name}: not in {text}: {quote}")
+    print(f"{total - sum(map(len, lacking.values()))} of {total} quotations of {paper} stand in {text}")
+    return bool(lacking)
+
+
+def counts(rows):
+    """How many rows there are of each verdict, by whose statement they judge."""
+    from collections import Counter
+
+    from rich.table import Table
+
+    from flight_graph.claims.claims_file import STATEMENTS, VERDICTS
+    found = Counter((row.claim.statement, row.verdict) for row in rows)
+    shown = Table("statement", *VERDICTS)
+    for statement in STATEMENTS:
+        shown.add_row(SAID[statement], *[str(found[statement, verdict]) for verdict in VERDICTS])
+    return shown
 
 
 def table(content, rows):
@@ -62,8 +144,9 @@ def table(content, rows):
     shown = Table(*columns, title_justify="left", title=f"{content.title}\n{content.source}")
     for row in rows:
         mark = "" if row.as_expected else " (changed!)"
-        cells = [escape(row.claim.where), escape(row.claim.says), escape(_found(row)),
-                 escape(row.claim.relation.text if row.claim.relation else ""), _coloured(row.verdict, mark)]
+        wanted = row.claim.relation.text if row.claim.relation else ""
+        cells = [f"[dim]{row.claim.statement}[/dim]\n{escape(row.claim.where)}", escape(row.claim.says),
+                 escape(_found(row)), escape(wanted), _coloured(row.verdict, mark)]
         if judged:
             cells.append("" if row.estimated_verdict is None else
                          f"{_coloured(row.estimated_verdict)}\n{escape(_estimated(row.estimated))}")

@@ -10,6 +10,7 @@ import yaml
 
 from flight_graph.claims import claims
 from flight_graph.claims.claim_runs import RunEntry, run_all
+from flight_graph.graphs.papers import papers
 
 pytestmark = pytest.mark.xdist_group("claims of appc")  # the rows are computed once
 
@@ -80,7 +81,7 @@ def test_the_gain_scans_name_every_case():
     names = {name for name, _ in load("cubli_controllers").vary.combinations}
     assert {name for name in names if name.startswith("PD") and "hang" not in name} == set(content.runs["pds"].cases)
     assert {name for name in names if name.startswith("BS") and "hang" not in name} == set(content.runs["bss"].cases)
-    rates = yaml.safe_load(open(claims.papers()["appc"]))["runs"]
+    rates = yaml.safe_load(open(papers()["appc"]))["runs"]
     numbers = [case for key in ("explicit", "explicit_ff", "implicit", "implicit_ff")
                for case in rates[f"rates_{key}"]["cases"]]
     assert sorted(numbers) == list(range(load("cubli_rates").vary.count))

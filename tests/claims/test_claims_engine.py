@@ -5,7 +5,7 @@ import json
 import pytest
 from typer.testing import CliRunner
 
-from flight_graph.claims import claim_runs, claims
+from flight_graph.claims import claim_runs, claims, claims_file
 from flight_graph.claims.claim_expressions import Several
 from flight_graph.claims.claim_runs import RunEntry
 from flight_graph.cli.app import app
@@ -19,9 +19,12 @@ runs:
   plain: {scenario: cubli_asteroid}
   each: {scenario: cubli_gains, cases: [case 1, case 2]}
 claims:
-  - {id: one, where: eq. (1), says: x is small, value: plain.x, relation: {below: 2}, expect: holds, because: it is}
-  - {id: two, where: eq. (2), says: x is small, values: {here: plain.x, there: each.x}, relation: {below: 2},
-     expect: depends, estimated: plain.y, estimated_expect: does not hold, because: it varies}
+  - {id: one, statement: paper, quote: the error is small, where: eq. (1), says: x is small, value: plain.x,
+     relation: {below: 2}, expect: holds, because: it is,
+     flip: {change: more gain, to: does not hold, set: {controller.lambda_a: 0.05}}}
+  - {id: two, statement: ours, where: eq. (2), says: x is small, values: {here: plain.x, there: each.x},
+     relation: {below: 2}, expect: depends, estimated: plain.y, estimated_expect: does not hold, because: it varies,
+     flip: {change: the other, to: holds, instead: {each: plain}}}
 """
 FOUND = {"plain": {"x": 1.0, "y": 3.0}, "each": Several({"case 1": {"x": 1.5}, "case 2": {"x": 2.5}})}
 
@@ -31,7 +34,7 @@ def paper(tmp_path, monkeypatch):
     """Write claims of a paper called 'test'."""
     def write(text):
         (tmp_path / "claims.yaml").write_text(text)
-        monkeypatch.setattr(claims, "papers", lambda: {"test": tmp_path / "claims.yaml"})
+        monkeypatch.setattr(claims_file, "papers", lambda: {"test": tmp_path / "claims.yaml"})
         return "test"
     return write
 
@@ -71,7 +74,7 @@ def test_only_the_runs_that_are_needed_are_made(paper, made):
 
 
 @pytest.mark.parametrize(("old", "new"), [
-    ("expect: holds", "expect: does not hold"), ("estimated_expect: does not hold", "estimated_expect: holds")])
+    ("expect: holds", "expect: depends"), ("estimated_expect: does not hold", "estimated_expect: holds")])
 def test_a_changed_verdict_is_marked_and_is_the_exit_status(paper, made, old, new):
     name = paper(TEXT.replace(old, new))
     assert sum(not row.as_expected for row in claims.judge(name)) == 1
@@ -99,13 +102,24 @@ def test_one_run_judges_the_rows_it_can(paper):
 @pytest.mark.parametrize(("old", "new", "part"), [
     ("id: two", "id: one", "stands twice"),
     ("value: plain.x", "value: plane.x", "no run called 'plane'; did you mean 'plain'"),
-    ("value: plain.x, ", "", "either value or values"),
+    ("value: plain.x,\n", "\n", "either value or values"),
     ("{below: 2}, expect: holds", "{below: 2, above: 1}, expect: holds", "exactly one of below"),
     ("{below: 2}, expect: holds", "{under: 2}, expect: holds", "under"),
     ("expect: holds", "expect: maybe", "expect"),
     ("because: it is", "why: it is", "because|why"),
     ("{scenario: cubli_asteroid}", "{scenario: cubli_asteroid, case: 1, cases: all}", "either case or cases"),
-    ("value: plain.x, relation: {below: 2}", "check: 'a:b', relation: {below: 2}", "or a check"),
+    ("value: plain.x,\n     relation: {below: 2}", "check: 'a:b', relation: {below: 2}", "or a check"),
+    ("cases: [case 1, case 2]", "cases: []", "at least 1 item"),
+    ("statement: paper", "statement: theirs", "'paper', 'implied' or 'ours'"),
+    ("quote: the error is small, ", "", "quoted word for word"),
+    ("statement: paper", "statement: ours", "one of ours is not"),
+    (", set: {controller.lambda_a: 0.05}", "", "at least one of set, instead, arguments"),
+    ("more gain, to: does not hold", "more gain, to: holds", "changes nothing: its verdict is 'holds'"),
+    ("set: {controller.lambda_a: 0.05}", "arguments: {factor: 2}", "of values has set or instead"),
+    ("instead: {each: plain}", "instead: {plane: plain}", "of the run plane, which the row's values do not need"),
+    ("instead: {each: plain}", "instead: {each: plane}", "no run called 'plane'"),
+    ("set: {controller.lambda_a: 0.05}", "set: {controller.lambda_a: 0.05}, of: [each]", "of the run each"),
+    ("instead: {each: plain}", "instead: {each: plain}, of: [each]", "'of' names the runs"),
 ])
 def test_bad_files_are_refused_with_a_sentence(paper, old, new, part):
     assert old in TEXT
