@@ -23,7 +23,7 @@ from papers.spacerobot.inertial_frame import (
 )
 
 EXACT = 1e-9  # [1] largest relative difference that rounding explains
-STATES = 20
+STATES = 10
 JOINTS = 4
 
 

@@ -6,15 +6,7 @@ Source: Aerospace 2023, 10(8), 679, sections 3.2.1, 4.1, 4.3. The answers are th
 import numpy as np
 
 from papers.spacerobot.equations import agree
-from papers.spacerobot.inertial_frame import (
-    Arm,
-    bodies,
-    floating,
-    momenta,
-    random_arm,
-    random_motion,
-    tensor,
-)
+from papers.spacerobot.inertial_frame import Arm, bodies, floating, momenta, random_arm, random_motion, tensor
 from spacerobot_ros.inertial_parameters import prior
 from spacerobot_ros.robot_files import find_model
 
@@ -79,16 +71,18 @@ def regressor(arm: Arm, motion) -> np.ndarray:
     return found
 
 
-def rank(joints: int, rows=slice(None), count=40) -> int:
-    """Number of combinations of the parameters that random free-floating motions show."""
+def rank(joints: int, rows=slice(None), floats: bool = True, count=40) -> int:
+    """Number of combinations of the parameters that random motions show, free-floating or pushed by thrusters."""
     draw = np.random.default_rng(50)
-    arm = random_arm(draw, joints)
-    stack = np.vstack([regressor(arm, floating(arm, random_motion(draw, joints)))[rows] for _ in range(count)])
-    values = np.linalg.svd(stack, compute_uv=False)
+    arm, stack = random_arm(draw, joints), []
+    for _ in range(count):
+        motion = random_motion(draw, joints)
+        stack.append(regressor(arm, floating(arm, motion) if floats else motion)[rows])
+    values = np.linalg.svd(np.vstack(stack), compute_uv=False)
     return int((values > 1e-10 * values[0]).sum())
 
 
-def true_parameters_are_hidden(joints: int = 4):
-    """No motion shows all parameters, so no method finds them from torques. joints: of the arm."""
-    found, count = rank(joints), 10 * (joints + 1)
+def true_parameters_are_hidden(joints: int = 4, floats: bool = True):
+    """No motion shows all parameters, so no method finds them from torques. joints: of the arm; floats: no thrusters."""
+    found, count = rank(joints, floats=floats), 10 * (joints + 1)
     return found < count, f"{found} combinations of {count} parameters, random motions, all rows"
