@@ -78,7 +78,7 @@ def centripetal_term(corrected: bool = False):
 
 
 def parallel_axis(corrected: bool = False):
-    """(A5): N + P x F in two lines; the first has (A4)'s last term (corrected: with omega), the second I about the origin."""
+    """(A5): N + P x F in two lines; the first has (A4)'s last term (corrected: omega), the second I about the origin."""
     def first(b):
         return (b.inertia @ b.al + np.cross(b.w, b.inertia @ b.w) + b.mass * np.cross(b.c, b.a)
                 + b.mass * spread(b.c) @ b.al + np.cross(b.w, b.mass * spread(b.c) @ (b.w if corrected else b.al)))

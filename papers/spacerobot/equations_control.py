@@ -6,7 +6,7 @@ own; from (38) on it has the base's position too, so that the dynamics are linea
 The arguments and answers are those of `papers.spacerobot.equations`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -118,9 +118,8 @@ def _sigma_second(loop, step=1e-5):
     rate = np.concatenate([np.zeros(len(loop.q) - loop.size), loop.rate])
 
     def moved(h):
-        error_second = loop.desired_second - second
-        return Loop(loop.arm, loop.q + h * rate, loop.rate + h * second, loop.error + h * loop.error_rate,
-                    loop.error_rate + h * error_second, loop.desired_second, loop.weight, loop.damping)
+        return replace(loop, q=loop.q + h * rate, rate=loop.rate + h * second, error=loop.error + h * loop.error_rate,
+                       error_rate=loop.error_rate + h * (loop.desired_second - second))
     return (_sigma_rate(moved(step)) - _sigma_rate(moved(-step))) / (2.0 * step)
 
 
@@ -190,22 +189,22 @@ def lyapunov_rate_chosen(corrected: bool = False):
 
 def lyapunov_rate_is_negative(factor: float = 1.0):
     """Below (37): dV/dt is zero at rest on the target alone, negative elsewhere. factor: of W = 2 Lambda K_D."""
-    worst = -np.inf
-    for loop in loops(count=2):
-        share = 2.0 * factor * loop.weight @ loop.damping
-        size = loop.size
-
-        def rate(x, loop=loop, share=share, size=size):
-            error, sigma = x[:size], x[size:]
-            changed = Loop(loop.arm, loop.q, loop.rate, error, sigma - loop.weight @ error, loop.desired_second,
-                           loop.weight, loop.damping)
-            changed_torque = changed.matrix(loop.q) @ changed.reference_second + coriolis @ changed.reference_rate
-            torque = changed_torque + loop.damping @ sigma
-            return changed.along(_energy(changed, share), np.linalg.solve(inertia, torque - coriolis @ loop.rate))
-        inertia, coriolis = loop.matrix(loop.q), loop.coriolis()
-        form = _quadratic_form(rate, 2 * size)
-        worst = max(worst, float(np.linalg.eigvalsh(form).max()))
+    worst = max(float(np.linalg.eigvalsh(_quadratic_form(_rate_of_errors(loop, factor), 2 * loop.size)).max())
+                for loop in loops(count=2))
     return worst < 0.0, f"largest eigenvalue of dV/dt as a form in error and sigma: {worst:.2g}"
+
+
+def _rate_of_errors(loop, factor):
+    """dV/dt as a function of [error, sigma] (2 size,), where the loop is and moves."""
+    share = 2.0 * factor * loop.weight @ loop.damping
+    inertia, coriolis = loop.matrix(loop.q), loop.coriolis()
+
+    def rate(x):
+        error, sigma = x[:loop.size], x[loop.size:]
+        moved = replace(loop, error=error, error_rate=sigma - loop.weight @ error)
+        torque = inertia @ moved.reference_second + coriolis @ moved.reference_rate + loop.damping @ sigma
+        return moved.along(_energy(moved, share), np.linalg.solve(inertia, torque - coriolis @ loop.rate))
+    return rate
 
 
 def _quadratic_form(function, size):
@@ -220,7 +219,7 @@ def _quadratic_form(function, size):
 
 
 def control_regressor(corrected: bool = False):
-    """(38): with Y(Theta, Theta_r_dot, Theta_r_ddot), D at the reference rate, dV/dt is (36). Corrected: D at the actual."""
+    """(38): with Y(Theta, Theta_r_dot, Theta_r_ddot), D at the reference rate, dV/dt is (36). Corrected: at the actual."""
     pairs = []
     for loop in loops(whole=True):
         share = 2.0 * loop.weight @ loop.damping

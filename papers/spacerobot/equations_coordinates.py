@@ -23,7 +23,8 @@ def coordinates(count=STATES):
     """Random robots, coordinates q (6+n,) and rates of Theta (3+n,), away from beta = +-90 deg."""
     draw = np.random.default_rng(29)
     for _ in range(count):
-        yield random_arm(draw, JOINTS), np.concatenate([np.zeros(3), draw.uniform(-1.2, 1.2, SIZE)]), draw.standard_normal(SIZE)
+        q = np.concatenate([np.zeros(3), draw.uniform(-1.2, 1.2, SIZE)])
+        yield random_arm(draw, JOINTS), q, draw.standard_normal(SIZE)
 
 
 def inverse(arm, q, rate, second) -> np.ndarray:

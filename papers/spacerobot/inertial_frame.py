@@ -100,8 +100,8 @@ class Arm:
 
 
 class Motion(NamedTuple):
-    """Base: rotation to inertial axes, angular velocity w and its rate al in base axes, velocity v and acceleration a of the
-    origin in inertial axes. Joints: theta, thd, thdd (n,)."""
+    """Base: rotation to inertial axes, angular velocity w and its rate al in base axes, velocity v and acceleration a of
+    the origin in inertial axes. Joints: theta, thd, thdd (n,)."""
 
     rotation: np.ndarray
     w: np.ndarray

@@ -36,8 +36,8 @@ def mini_arm() -> Arm:
                mass, center, np.array(inertia))
 
 
-def at(q, w=np.zeros(3), al=np.zeros(3), thd=np.zeros(4), thdd=np.zeros(4)) -> Motion:
-    return Motion(np.eye(3), w, al, np.zeros(3), np.zeros(3), q, thd, thdd)
+def at(theta, w, al, thd, thdd) -> Motion:
+    return Motion(np.eye(3), w, al, np.zeros(3), np.zeros(3), theta, thd, thdd)
 
 
 THETA_0 = np.radians([90.0, 45.0, 45.0, 0.0])
@@ -84,12 +84,14 @@ def test_numbers_of_an_independent_program():
     """Mass matrix and inverse dynamics of the shipped robot, computed with SPART and Pinocchio."""
     arm = mini_arm()
     q = np.concatenate([np.zeros(6), THETA_0])
-    reduced = reduced_mass_matrix(arm, q)[np.ix_([2, 1, 0, 3, 4, 5, 6], [2, 1, 0, 3, 4, 5, 6])]  # roll, pitch, yaw first
+    order = [2, 1, 0, 3, 4, 5, 6]  # roll, pitch, yaw, joints
+    reduced = reduced_mass_matrix(arm, q)[np.ix_(order, order)]
     assert np.diag(reduced) == pytest.approx([3.739603273, 3.483605090, 1.221861165, 0.363191106, 1.537135098,
                                               0.425652568, 0.049130157], abs=1e-8)
     assert [reduced[0, 4], reduced[0, 5], reduced[1, 3], reduced[4, 5]] == pytest.approx(
         [2.018956372, 0.922000150, -0.838451013, 0.700639363], abs=1e-8)
-    motion = floating(arm, at(THETA_0, RATES[0], np.array([0.01, 0.02, -0.03]), RATES[1], np.array([0.05, -0.06, 0.07, -0.08])))
+    accelerations = np.array([0.01, 0.02, -0.03]), np.array([0.05, -0.06, 0.07, -0.08])
+    motion = floating(arm, at(THETA_0, RATES[0], accelerations[0], RATES[1], accelerations[1]))
     assert torques(arm.pi, arm, motion)[3:] == pytest.approx(
         [0.495376277, -0.266884874, 0.016741225, 0.113363556, 0.287376822, 0.205686623, -0.026005557], abs=1e-8)
 
@@ -129,7 +131,8 @@ def test_regressor_times_parameters_is_the_torque():
         torques(arm.pi, arm, motion), abs=1e-11)
 
 
-@pytest.mark.parametrize(("inertia", "possible"), [((1.0, 1.0, 1.9), True), ((1.0, 1.0, 2.1), False), ((1.0, 1.0, -0.1), False)])
+@pytest.mark.parametrize(("inertia", "possible"), [
+    ((1.0, 1.0, 1.9), True), ((1.0, 1.0, 2.1), False), ((1.0, 1.0, -0.1), False)])
 def test_bodies_that_can_exist(inertia, possible):
     """Two equal moments allow a third up to their sum (a flat disc)."""
     xx, yy, zz = inertia
