@@ -7,7 +7,7 @@ Source: Aerospace 2023, 10(8), 679, section 2.2 and (29), (A11). Theta = [alpha,
 import numpy as np
 
 from papers.spacerobot.equations import EXACT, JOINTS, STATES, agree
-from papers.spacerobot.inertial_frame import floating, random_arm, torques, total
+from papers.spacerobot.inertial_frame import Arm, floating, random_arm, tensor, torques, total
 from papers.spacerobot.lagrangian import (
     body_rates_matrix,
     coriolis_matrix,
@@ -15,6 +15,7 @@ from papers.spacerobot.lagrangian import (
     motion_of,
     reduced_mass_matrix,
 )
+from spacerobot_ros.robot_files import find_model
 
 SIZE = 3 + JOINTS
 
@@ -53,6 +54,25 @@ def angular_momentum_is_conserved(base_torque: float = 1.0):
             motion = floating(arm, motion_of(q, np.concatenate([free, rate]), np.concatenate([free, second])))
             found[name] = max(found[name], float(np.abs(total(arm, motion).moment).max() / np.abs(force).max()))
     return {name: (error < EXACT, f"dL/dt {error:.1e} of the largest torque") for name, error in found.items()}
+
+
+def shipped_arm(base_scale: float = 1.0) -> Arm:
+    """The robot of `models/mini_space_robot.yaml`. base_scale: on mass and inertia of its base."""
+    pi = find_model("mini_space_robot").pi.reshape(-1, 10)
+    mass, center, quarter = pi[:, 9], pi[:, 6:9] / pi[:, 9:], np.pi / 2.0
+    inertia = np.array([tensor(ten[:6]) - ten[9] * (c @ c * np.eye(3) - np.outer(c, c)) for ten, c in zip(pi, center)])
+    scale = np.array([base_scale, 1.0, 1.0, 1.0, 1.0])
+    return Arm(np.array([0.0, quarter, 0.0, quarter]), np.array([0.1, 0.0, 0.4, 0.35]), np.array([0.26, 0.0, 0.0, 0.0]),
+               scale * mass, center, scale[:, None, None] * inertia)
+
+
+def coupling(base_scale: float = 1.0):
+    """A joint that turns by 10 deg turns the free base by more than 1 deg, at the posture of section 4.1."""
+    q = np.concatenate([np.zeros(6), np.radians([90.0, 45.0, 45.0, 0.0])])
+    matrix = reduced_mass_matrix(shipped_arm(base_scale), q)
+    turns = np.abs(np.linalg.solve(matrix[:3, :3], matrix[:3, 3:])).max(axis=0)
+    found = ", ".join(f"{one:.3f}" for one in turns)
+    return bool(turns.max() > 0.1), f"deg of the base for each deg of joints 1 to 4: {found}"
 
 
 def velocity_terms(factor: float = 1.0):

@@ -5,6 +5,7 @@ import pytest
 from scipy.linalg import expm
 
 from papers.spacerobot import equations_estimation, operations
+from papers.spacerobot.equations_coordinates import shipped_arm
 from papers.spacerobot.inertial_frame import (
     Arm,
     Motion,
@@ -21,19 +22,6 @@ from spacerobot_ros.robot_files import find_model
 from tests.spacerobot.spacerobot_cases import inverse
 
 TEN, SEVEN, JOINT_ROWS = slice(None), slice(3, None), slice(6, None)
-
-
-def mini_arm() -> Arm:
-    """The shipped robot, its numbers from `models/mini_space_robot.yaml`."""
-    pi = find_model("mini_space_robot").pi.reshape(-1, 10)
-    mass, center, inertia = pi[:, 9], pi[:, 6:9] / pi[:, 9:], []
-    for ten, c in zip(pi, center):
-        xx, xy, xz, yy, yz, zz = ten[:6]
-        inertia.append(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-                       - ten[9] * (c @ c * np.eye(3) - np.outer(c, c)))
-    quarter = np.pi / 2.0
-    return Arm(np.array([0.0, quarter, 0.0, quarter]), np.array([0.1, 0.0, 0.4, 0.35]), np.array([0.26, 0.0, 0.0, 0.0]),
-               mass, center, np.array(inertia))
 
 
 def at(theta, w, al, thd, thdd) -> Motion:
@@ -82,7 +70,7 @@ def test_forces_and_moments_are_those_of_point_masses():
 
 def test_numbers_of_an_independent_program():
     """Mass matrix and inverse dynamics of the shipped robot, computed with SPART and Pinocchio."""
-    arm = mini_arm()
+    arm = shipped_arm()
     q = np.concatenate([np.zeros(6), THETA_0])
     order = [2, 1, 0, 3, 4, 5, 6]  # roll, pitch, yaw, joints
     reduced = reduced_mass_matrix(arm, q)[np.ix_(order, order)]
@@ -97,7 +85,7 @@ def test_numbers_of_an_independent_program():
 
 
 def test_the_code_that_flies_agrees():
-    draw, arm, robot = np.random.default_rng(4), mini_arm(), find_model("mini_space_robot")
+    draw, arm, robot = np.random.default_rng(4), shipped_arm(), find_model("mini_space_robot")
     for _ in range(5):
         motion = random_motion(draw)
         expected = torques(arm.pi, arm, motion)
