@@ -1,8 +1,8 @@
-"""Equations (32)-(38) and (42)-(45) as printed, on closed loops: one function a row of the claims table.
+"""Equations (32)-(38) as printed, on closed loops: one function a row of the claims table.
 
 Source: Aerospace 2023, 10(8), 679, section 3. Each closes the loop at random states of random robots and differentiates
-what the paper differentiates along the motion, by complex steps. For (32)-(37) Theta has attitude and joints, the paper's
-own; from (38) on it has the base's position too, so that the dynamics are linear in pi, which (29) takes for granted.
+what the paper differentiates along the motion, by complex steps. For (32)-(37) Theta has attitude and joints, the
+paper's own; from (38) on it has the base's position too, so that the dynamics are linear in pi, as (29) takes them to be.
 The arguments and answers are those of `papers.spacerobot.equations`.
 """
 
@@ -128,8 +128,8 @@ def _energy(loop, share):
     return lambda q, error, sigma: 0.5 * sigma @ loop.matrix(q) @ sigma + 0.5 * error @ share @ error
 
 
-def _true_rate(loop, share, torque=None):
-    """dV/dt along the motion under (31), or another torque."""
+def rate_of_v(loop, share, torque=None):
+    """dV/dt along the motion under (31), or another torque; ``share``: W."""
     torque = loop.reference_torque() + loop.damping @ loop.sigma if torque is None else torque
     return loop.along(_energy(loop, share), loop.second(torque))
 
@@ -142,7 +142,7 @@ def lyapunov_rate(corrected: bool = False):
         sigma, matrix = loop.sigma, loop.matrix(loop.q)
         change = loop.along(lambda q, error, s, loop=loop: loop.matrix(q), np.zeros(loop.size)) if corrected else matrix
         printed = sigma @ matrix @ _sigma_rate(loop) + 0.5 * sigma @ change @ sigma + loop.error @ share @ loop.error_rate
-        pairs.append(beside(printed, _true_rate(loop, share), sigma @ loop.damping @ sigma))
+        pairs.append(beside(printed, rate_of_v(loop, share), sigma @ loop.damping @ sigma))
     return agree(pairs)
 
 
@@ -154,7 +154,7 @@ def lyapunov_rate_simplified(skew: bool = True):
         drive = loop.reference_torque() if skew else _other_coriolis(loop)
         power = loop.sigma @ loop.damping @ loop.sigma
         printed = -power + loop.error @ share @ loop.error_rate
-        pairs.append(beside(printed, _true_rate(loop, share, drive + loop.damping @ loop.sigma), power))
+        pairs.append(beside(printed, rate_of_v(loop, share, drive + loop.damping @ loop.sigma), power))
     return agree(pairs)
 
 
@@ -182,7 +182,7 @@ def lyapunov_rate_chosen(corrected: bool = False):
     for loop in loops():
         last = loop.weight @ loop.damping @ (loop.weight if corrected else np.eye(loop.size))
         kept = loop.error_rate @ loop.damping @ loop.error_rate
-        true = _true_rate(loop, 2.0 * loop.weight @ loop.damping)
+        true = rate_of_v(loop, 2.0 * loop.weight @ loop.damping)
         pairs.append(beside(-kept - loop.error @ last @ loop.error, true, kept))
     return agree(pairs)
 
@@ -225,57 +225,6 @@ def control_regressor(corrected: bool = False):
         share = 2.0 * loop.weight @ loop.damping
         power = loop.sigma @ loop.damping @ loop.sigma
         drive = loop.reference_torque(rate=None if corrected else loop.reference_rate)
-        true = _true_rate(loop, share, drive + loop.damping @ loop.sigma)
+        true = rate_of_v(loop, share, drive + loop.damping @ loop.sigma)
         pairs.append(beside(-power + loop.error @ share @ loop.error_rate, true, power))
     return agree(pairs)
-
-
-def adaptive_rate(corrected: bool = False):
-    """(42), (43): dV/dt with a parameter error, Y that of the reference motion.
-
-    Corrected: error^T Lambda K_D error without the half in (42), Lambda K_D Lambda in (43)."""
-    return agree(_adaptive(loop, draw, corrected, True) for loop, draw in _drawn())
-
-
-def adaptive_regressor(corrected: bool = False):
-    """(43): with the terms of (42) mended, Y of the actual accelerations as printed (corrected: of the reference)."""
-    return agree(_adaptive(loop, draw, True, corrected) for loop, draw in _drawn())
-
-
-def _drawn():
-    draw = np.random.default_rng(43)
-    return ((loop, draw) for loop in loops(whole=True))
-
-
-def _adaptive(loop, draw, terms_corrected, reference):
-    """(printed, true) rate of V with a random error of pi and any rate of it."""
-    pi_error = 0.1 * loop.arm.pi * draw.standard_normal(loop.arm.pi.shape)
-    pi_rate, gain = draw.standard_normal(loop.arm.pi.shape), np.exp(draw.uniform(-1.0, 1.0, loop.arm.pi.shape))
-    torque = loop.reference_torque(loop.arm.pi + pi_error) + loop.damping @ loop.sigma
-    second = loop.second(torque)
-    product = loop.weight @ loop.damping
-    share, last = (2.0 * product, product @ loop.weight) if terms_corrected else (product, product)
-    if reference:
-        mispredicted = loop.reference_torque(pi_error)
-    else:
-        mispredicted = loop.matrix(loop.q, pi_error) @ second + loop.coriolis(pi=pi_error) @ loop.rate
-    adaptation = (pi_error * gain * pi_rate).sum()  # pi_error^T K_pi d pi_error/dt, in V and in (43)
-    kept = loop.error_rate @ loop.damping @ loop.error_rate
-    printed = -kept - loop.error @ last @ loop.error + adaptation - loop.sigma @ mispredicted
-    return beside(printed, _true_rate(loop, share, torque) + adaptation, kept)
-
-
-def adaptation_law(factor: float = 1.0):
-    """(44) makes the last term of (43) zero, whatever K_pi, Y and sigma. factor: of K_pi^-1."""
-    draw, pairs = np.random.default_rng(44), []
-    for _ in range(STATES):
-        spread = draw.standard_normal((50, 50))
-        gain, y, sigma, error = spread @ spread.T + np.eye(50), *(draw.standard_normal(n) for n in ((7, 50), 7, 50))
-        rate = factor * np.linalg.solve(gain, y.T @ sigma)
-        pairs.append(beside(error @ (gain @ rate - y.T @ sigma), 0.0, abs(error) @ abs(y.T @ sigma)))
-    return agree(pairs)
-
-
-def adaptation_error(corrected: bool = False):
-    """(45): the sum in brackets is sigma of (44), with Theta_dot as the text has it (corrected: the error's rate)."""
-    return agree(((loop.error_rate if corrected else loop.rate) + loop.weight @ loop.error, loop.sigma) for loop in loops())

@@ -1,4 +1,4 @@
-"""What judges the paper's equations is judged itself: point masses, reference numbers, closed forms."""
+"""What judges the paper's equations is judged itself: point masses, Pinocchio, reference numbers, closed forms."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ from papers.spacerobot.inertial_frame import (
 )
 from papers.spacerobot.lagrangian import coriolis_matrix, generalised, mass_matrix, motion_of, reduced_mass_matrix
 from spacerobot_ros.robot_files import find_model
-from tests.spacerobot.spacerobot_cases import inverse
+from tests.spacerobot.spacerobot_cases import PinocchioTwin, Signals, inverse
 
 TEN, SEVEN, JOINT_ROWS = slice(None), slice(3, None), slice(6, None)
 
@@ -69,7 +69,7 @@ def test_forces_and_moments_are_those_of_point_masses():
 
 
 def test_numbers_of_an_independent_program():
-    """Mass matrix and inverse dynamics of the shipped robot, computed with SPART and Pinocchio."""
+    """Mass matrix and inverse dynamics of the shipped robot, by a program that agrees with SPART and Pinocchio."""
     arm = shipped_arm()
     q = np.concatenate([np.zeros(6), THETA_0])
     order = [2, 1, 0, 3, 4, 5, 6]  # roll, pitch, yaw, joints
@@ -82,6 +82,17 @@ def test_numbers_of_an_independent_program():
     motion = floating(arm, at(THETA_0, RATES[0], accelerations[0], RATES[1], accelerations[1]))
     assert torques(arm.pi, arm, motion)[3:] == pytest.approx(
         [0.495376277, -0.266884874, 0.016741225, 0.113363556, 0.287376822, 0.205686623, -0.026005557], abs=1e-8)
+
+
+def test_pinocchio_agrees():
+    pin = pytest.importorskip("pinocchio", reason="Pinocchio (pip install pin) is the reference of this test")
+    robot, arm, draw = find_model("mini_space_robot"), shipped_arm(), np.random.default_rng(8)
+    twin = PinocchioTwin(pin, robot)
+    for _ in range(20):
+        s = Signals(draw, robot)
+        expected = pin.rnea(twin.model, twin.data, *twin.state(s))[twin.rows]
+        assert torques(arm.pi, arm, Motion(np.eye(3), s.w, s.al, s.v, s.a, s.theta, s.thd, s.thdd)) == pytest.approx(
+            expected, rel=1e-11, abs=1e-11)
 
 
 def test_the_code_that_flies_agrees():
