@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import expm
 
 from papers.spacerobot import equations_estimation, operations
-from papers.spacerobot.equations_coordinates import shipped_arm
+from papers.spacerobot.equations_coordinates import coupling, shipped_arm
 from papers.spacerobot.inertial_frame import (
     Arm,
     Motion,
@@ -15,6 +15,7 @@ from papers.spacerobot.inertial_frame import (
     random_arm,
     random_motion,
     torques,
+    total,
     turn,
 )
 from papers.spacerobot.lagrangian import coriolis_matrix, generalised, mass_matrix, motion_of, reduced_mass_matrix
@@ -162,3 +163,15 @@ def test_operations_are_those_of_the_formulas(r, p):
     assert least["+"] == sum(m * (n - 1) * k for m, n, k in products) + eliminated + sums
     assert least["/"] == 2 * r * r
     assert lyapunov == {"*": p * r + p * p + p, "+": p * (r - 1) + p * (p - 1) + p, "/": 0}
+
+
+def test_a_joint_turns_the_base_as_angular_momentum_says():
+    """Posture of section 4.1: the base's rates that leave no angular momentum while a joint turns."""
+    arm, still = shipped_arm(), np.zeros(4)
+    whole = np.array([total(arm, floating(arm, at(THETA_0, axis, np.zeros(3), still, still))).angular for axis in np.eye(3)])
+    found = []
+    for joint in np.eye(4):
+        momentum = total(arm, floating(arm, at(THETA_0, np.zeros(3), np.zeros(3), joint, still))).angular
+        found.append(np.abs(np.linalg.solve(whole.T, momentum)).max())
+    _, text = coupling()
+    assert text.endswith(", ".join(f"{one:.3f}" for one in found))
