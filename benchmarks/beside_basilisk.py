@@ -96,6 +96,9 @@ def in_turn(problem: str, recorded: bool, chosen, work: Path) -> tuple[list[dict
         here.append(asked(sys.executable, __file__, "--ours", problem, how, work / f"{problem}_ours.npz",
                           "--seconds", chosen.seconds))
         there.append(basilisk(problem, how, chosen, work))
+        if recorded:
+            for side, run in (("ours", here[-1]), ("basilisk", there[-1])):
+                run["state"] = np.load(work / f"{problem}_{side}.npz")["state"].tobytes()
     return here, there
 
 
@@ -121,11 +124,13 @@ def compare(chosen, work: Path) -> None:
                   title=f"CPU time of the loop: median of {chosen.repeats} (least to most)")
     motions = Table("control", "quantity", "largest difference", "largest value", title="Is it the same motion?",
                     title_justify="left")
-    alone = []
+    alone, repeatable = [], {"ours": True, "Basilisk": True}
     for problem, control in PROBLEMS.items():
         asked(sys.executable, __file__, "--ours", problem, "record", work / "compiled.npz", "--seconds", 10)
         for recorded in (True, False):
             here, there = in_turn(problem, recorded, chosen, work)
+            for side, made in zip(repeatable, (here, there)):
+                repeatable[side] &= len({run.get("state") for run in made}) == 1
             mine, theirs = ([microseconds(run) for run in runs] for runs in (here, there))
             costs.add_row(control, "all" if recorded else "none", shown(mine), shown(theirs),
                           shown([slow / fast for slow, fast in zip(theirs, mine)]))
@@ -136,7 +141,9 @@ def compare(chosen, work: Path) -> None:
     ready, started = (statistics.median(run["start_s"] for run in runs) for runs in (here, there))
     print(f"Basilisk {there[0]['version']}, navigation by {there[0]['navigation']}; its spacecraft alone: "
           f"{' and '.join(alone)} us a tick\n"
-          f"from nothing to the first tick: ours {ready:.2f} s (once compiled), Basilisk {started:.2f} s")
+          f"from nothing to the first tick: ours {ready:.2f} s (once compiled), Basilisk {started:.2f} s\n"
+          "recorded runs equal byte for byte among themselves: "
+          + ", ".join(f"{side} {'yes' if equal else 'no'}" for side, equal in repeatable.items()))
 
 
 def main() -> None:
