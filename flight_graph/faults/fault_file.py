@@ -16,7 +16,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from flight_graph.errors import FlightError, unknown
 from flight_graph.faults import identifiers
-from flight_graph.faults.fault_types import TYPES
+from flight_graph.faults.fault_types import SPARE, TYPES
+from flight_graph.faults.report import REPORT
 from flight_graph.text_files import short
 
 MOST = 1000  # faults of a scenario
@@ -179,3 +180,8 @@ def _check_window(entry, label):
         raise FlightError(f"{label}.for_s: a {entry.type} happens at instants and does not last")
     if entry.probability is not None and entry.every is not None:
         raise FlightError(f"{label}: probability and every both say which messages; give one of them")
+
+
+def spare(identifier: str) -> FaultEntry:
+    """A place that is kept for a fault that is injected while the graph runs."""
+    return FaultEntry(id=identifier, at=REPORT, type=SPARE.name)
