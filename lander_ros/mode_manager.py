@@ -2,14 +2,15 @@
 
   descend  the landing law's command, as it is
   hover    come to rest and hold the place, site in view (`lander_ros.safe_states`)
-  abort    climb along the line of sight, then hold; without a valid estimate blind: the velocity change of the last valid one
-           in body axes, weight carried as it was then, for blind_time, then nothing; attitude held while it is known
+  abort    climb along the line of sight, then hold. Without a valid estimate blind: the velocity change of the last valid
+           one, in body axes; then the weight as it was, for blind_time; then nothing; attitude held while it is known
 
-By itself: an estimate that is invalid or older than estimate_age for `patience` leads to abort; a nominal command older than
-command_age, in descend, to hover; a hover leaves for abort while it can still pay for one. Before a first valid estimate it
-waits acquisition_time. By request: descend from hover alone, with all in order; hover, with a valid estimate; abort. Hover and
-abort are allowed while the budget covers their cost times `margin`; both are computed at each firing and published before
-anybody asks. What is not allowed is refused and counted; where not even an abort can be paid for, the landing goes on.
+By itself: an estimate that is invalid or older than estimate_age for `patience` leads to abort; a nominal command older
+than command_age, in descend, to hover; a hover leaves for abort while it can still pay for one. For a first valid estimate
+it waits acquisition_time. By request: descend from hover alone, with all in order; hover, with a valid estimate; abort.
+Hover and abort are allowed while the budget covers their cost times `margin`; both are computed at each firing and
+published before anybody asks. What is not allowed is refused and counted; where not even an abort can be paid for, the
+landing goes on.
 """
 
 from flight_graph.components.component import Component
@@ -30,7 +31,8 @@ from lander_ros.safe_states import (
     weight,
 )
 from lander_ros.stamps import seconds_between
-from msg_schemas import lander, modes
+from msg_schemas import lander
+from msg_schemas.modes import mode, mode_request
 
 DESCEND, HOVER, ABORT = range(3)
 AT_START, BY_ITSELF = -1.0, -2.0  # causes
@@ -254,8 +256,8 @@ class ModeManager(Component):
     modes = ("descend", "hover", "abort")
     parameters, state = ModeManagerParameters, ModeManagerState
     inputs = {"nominal": lander.COMMAND, "odometry": lander.ODOMETRY, "status": lander.NAVIGATION_STATUS,
-              "gravity": lander.GRAVITY, "request": modes.mode_request("lander")}
-    outputs = {"command": lander.SAFE_COMMAND, "mode": modes.mode("lander"), "budget": lander.MANEUVER_BUDGET}
+              "gravity": lander.GRAVITY, "request": mode_request("lander")}
+    outputs = {"command": lander.SAFE_COMMAND, "mode": mode("lander"), "budget": lander.MANEUVER_BUDGET}
     optional_inputs = ("request",)
     rate_hz = 10.0
     kernel = manage

@@ -3,9 +3,10 @@
   v_ref = sat(k_p e_u, v_c) u + sat(k_p e_n, v_c),   e = r_hold - r,  e_u = e.u,  e_n = e - e_u u
   f = f_ff + m R^T sat(k_v (v_ref - v), a_max),      tau = tau_ff - k_q sgn(e_0) e_v - D_w w,  (e_v, e_0) = q_hold* q
 
-u: unit vector of the line on which the craft climbs. f_ff carries the weight and the site's own motion, so v - v_ref decays
-as exp(-k_v t), and then e as exp(-k_p t), never faster than v_c; k_v >= 4 k_p leaves no overshoot. The law's own force is
-limited by its size, not by axis, so a limit never turns its direction; m a_max and the weight stay below the thrusters' limit.
+u: unit vector of the line on which the craft climbs. f_ff carries the weight and the site's own motion, so v - v_ref
+decays as exp(-k_v t), and then e as exp(-k_p t), never faster than v_c; k_v >= 4 k_p leaves no overshoot. The law's own
+force is limited by its size, not by axis, so a limit never turns its direction; m a_max and the weight together stay below
+the thrusters' limit.
 
 hover   r_hold = r + v/k_v, where the craft comes to rest under the law, but not lower than hover_floor
 abort   u = r/|r|, the line of sight from the goal; r_hold = u max(abort_distance, |r| + abort_climb)
