@@ -7,10 +7,11 @@
 
 By itself: an estimate that is invalid or older than estimate_age for `patience` leads to abort; a nominal command older
 than command_age, in descend, to hover; a hover leaves for abort while it can still pay for one. For a first valid estimate
-it waits acquisition_time. By request: descend from hover alone, with all in order; hover, with a valid estimate; abort.
-Hover and abort are allowed while the budget covers their cost times `margin`; both are computed at each firing and
-published before anybody asks. What is not allowed is refused and counted; where not even an abort can be paid for, the
-landing goes on.
+it waits acquisition_time. By request: hover from descend, with an estimate that was valid within `patience`; descend from
+hover, with a fresh nominal command besides; abort, which is final (asked for again, it aims anew). Hover and abort are
+allowed while the budget covers their cost times `margin`; both are computed at each firing and published before anybody
+asks. What is not allowed is refused and counted; where not even an abort can be paid for, the landing goes on. Below
+commit_height, by the last valid estimate, descend is final.
 """
 
 from flight_graph.components.component import Component
@@ -47,6 +48,7 @@ class ModeManagerParameters(SafeStates):
     command_age: float = field(0.5, unit="s", gt=0, doc="an older nominal command is stale")
     patience: float = field(1.0, unit="s", gt=0, doc="with an estimate that is invalid or stale")
     acquisition_time: float = field(60.0, unit="s", ge=0, doc="for the first valid estimate")
+    commit_height: float = field(0.8, unit="m", ge=0, doc="below which a descent is carried through; 0: none")
     blind_time: float = field(120.0, unit="s", ge=0, doc="for which a blind abort carries the weight")
     blind_attitude_sigma: float = field(0.02, unit="rad", gt=0, doc="up to which a blind abort holds the attitude")
 
@@ -74,6 +76,7 @@ class ModeManagerState(State):
     velocity_change: Vec3
     weight_force: Vec3
     carried: float
+    height: float
     hover_delta_v: float
     abort_delta_v: float
     abort_time: float
@@ -90,7 +93,7 @@ def manage(t_ns, p, x, inputs, outputs):
     if good:
         reckon(p, x, inputs.odometry, inputs.gravity.accel.linear)
     nominal_is_fresh = is_fresh(inputs.nominal.header.stamp, now, p.command_age)
-    obey(t_ns, p, x, inputs, good, nominal_is_fresh)
+    obey(t_ns, p, x, inputs, fresh and x.acquired and x.bad_for <= p.patience, nominal_is_fresh)
     look_after(t_ns, p, x, inputs, nominal_is_fresh)
     steady = fresh and 0.0 < inputs.status.attitude_sigma <= p.blind_attitude_sigma
     wrench = flown(p, x, inputs, steady)
@@ -113,7 +116,7 @@ def reckon(p, x, odometry, gravity):
     r, q, motor = pose_and_motor(odometry)
     v = rotate(q, motor.dual)
     forward = feed_forward(p, r, q, gravity)
-    x.carried = weight(p, forward)
+    x.carried, x.height = weight(p, forward), r.z
     cost = abort_cost(p, r, v, x.carried)
     x.abort_delta_v, x.abort_time = cost.delta_v, cost.time
     x.hover_delta_v = hover_cost(p, v, x.carried).delta_v
@@ -140,18 +143,28 @@ def hover_allowed(p, x):
 
 
 @kernel
-def obey(t_ns, p, x, inputs, good, nominal_is_fresh):
-    """Act on a new request, or refuse it."""
+def is_committed(p, x):
+    """Whether the descent is carried through."""
+    return x.mode == DESCEND and x.acquired and x.height < p.commit_height
+
+
+@kernel
+def obey(t_ns, p, x, inputs, usable, nominal_is_fresh):
+    """Act on a new request, or refuse it; usable: the estimate."""
     request = inputs.request
     if request.requests == x.requests:
         return
     x.requests = request.requests
     wanted = int(request.mode)
     if wanted == x.mode:
+        if wanted == ABORT and usable:
+            aim_abort(p, x, inputs.odometry)
         return
-    if wanted == DESCEND and x.mode == HOVER and good and nominal_is_fresh:
+    if is_committed(p, x):
+        x.refused += 1.0
+    elif wanted == DESCEND and x.mode == HOVER and usable and nominal_is_fresh:
         enter(t_ns, x, DESCEND, request.cause)
-    elif wanted == HOVER and good and hover_allowed(p, x):
+    elif wanted == HOVER and x.mode == DESCEND and usable and hover_allowed(p, x):
         enter_hover(t_ns, p, x, inputs.odometry, request.cause)
     elif wanted == ABORT and abort_allowed(p, x):
         enter_abort(t_ns, p, x, inputs.odometry, request.cause)
@@ -163,7 +176,7 @@ def obey(t_ns, p, x, inputs, good, nominal_is_fresh):
 def look_after(t_ns, p, x, inputs, nominal_is_fresh):
     """What the manager does by itself."""
     is_bad = x.bad_for > p.patience
-    if x.mode != ABORT:
+    if x.mode != ABORT and not is_committed(p, x):
         if is_bad and abort_allowed(p, x):
             enter_abort(t_ns, p, x, inputs.odometry, BY_ITSELF)
         elif not is_bad and x.mode == DESCEND and x.acquired and not nominal_is_fresh:

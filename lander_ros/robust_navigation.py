@@ -7,7 +7,8 @@ still counts as good enough to fly on is the status's `valid`: limits on the cov
 Whom a contradiction blames (one failure at a time):
   star tracker against filter         the camera is the referee: which attitude explains the direction of the mark, the
                                       filter's (the gyro is right) or the star tracker's (the gyro has misled the filter)?
-                                      A gyro sample that no torque can explain, shortly before, speaks against the gyro too
+                                      A torque that the gyro has felt shortly before speaks against it too: a true one
+                                      would not have made the star tracker differ. Meanwhile the camera only judges
   altimeter or camera against filter  the accelerometer, where it feels a force that was not commanded; else the filter's
                                       place, where both contradict it: it begins anew from the two; else that sensor
   a force or torque, all sensors agree   nobody here: the thrusters (`lander_ros.thruster_residuals`)
@@ -37,6 +38,7 @@ from lander_ros.inertial_trust import (
     distrust_accelerometer,
     distrust_gyro,
     plausible_force,
+    plausible_gravity,
     plausible_rate,
     review_trust,
     spread_substitutes,
@@ -71,7 +73,8 @@ OFF_NORM = 1e-3  # [1] by which the norm of a measured unit vector or quaternion
 
 class RobustNavigationParameters(NavigationParameters, SensorTests, InertialTests, ThrusterModel):
     gate: float = field(40.0, unit="1", gt=0, doc="of a single scalar; above the gates of whole measurements")
-    referee_limit: float = field(5.0, unit="1", gt=0, doc="log likelihood ratio at which the camera's word counts")
+    referee_limit: float = field(15.0, unit="1", gt=0, doc="log likelihood ratio at which the camera's word counts")
+    decide_within: int = field(75, ge=1, doc="failed tests of the star tracker in a row that the camera may take to decide")
     position_limit: float = field(2.0, unit="m", gt=0, doc="largest standard deviation of a valid estimate")
     position_relative_limit: float = field(0.02, unit="1", ge=0, doc="and more of it, relative to the distance")
     velocity_limit: float = field(0.1, unit="m/s", gt=0, doc="largest standard deviation of a valid estimate")
@@ -80,10 +83,12 @@ class RobustNavigationParameters(NavigationParameters, SensorTests, InertialTest
 
 
 class RobustNavigationState(NavigationState, Admission, InertialTrust, ThrusterWatch):
-    """What the filter knows, whom it believes; referee: the camera's log likelihood ratio; lost: its place is."""
+    """What the filter knows, whom it believes; referee: the camera's log likelihood ratio; lost: its place is; how often it
+    began anew, wholly or with its place."""
 
     referee: float
     lost: bool
+    restarts: float
 
 
 @kernel
@@ -143,6 +148,7 @@ def is_sane(x):
 def forget(x):
     """Begin anew with the next sample in which all sensors have something to say."""
     x.begun, x.lost, x.referee = False, False, 0.0
+    x.restarts += 1.0
     x.gyro_bias, x.accelerometer_bias = Vec3(0.0, 0.0, 0.0), Vec3(0.0, 0.0, 0.0)
     x.position, x.velocity, x.force_residual = Vec3(0.0, 0.0, 0.0), Vec3(0.0, 0.0, 0.0), Vec3(0.0, 0.0, 0.0)
     for i in range(PARTS):
@@ -161,9 +167,11 @@ def advance(p, x, inputs, imu_new):
         watch_force(p, x, inputs.imu.linear_acceleration - x.accelerometer_bias, inputs.command)
     if x.gyro_since == 0.0 and x.gyro_trusted:
         watch_torque(p, x, rate - x.gyro_bias, inputs.command)
+        if norm(x.torque_residual) > p.torque_surprise:
+            x.surprised_since = 0.0
     else:
         start_torque_watch(p, x, rate - x.gyro_bias)
-    navigation_filter.predict(p, x, force, rate, inputs.gravity.accel.linear)
+    navigation_filter.predict(p, x, force, rate, plausible_gravity(p, x, inputs.gravity.accel.linear))
     spread_substitutes(p, x)
     review_trust(p, x)
 
@@ -176,16 +184,17 @@ def hear_star_tracker(p, x, correction, measured, direction, seen):
     good = is_unit(norm(measured)) and passes(p, x, STAR_TRACKER, z, p.star_tracker_gate)
     x.star_squared = dot(z, z)
     count_test(x, STAR_TRACKER, good)
+    judged = seen and x.admitted[CAMERA] > 0.5 and is_unit(norm(measured)) and is_unit(norm(direction))
     if good:
         x.referee = 0.0
-    elif seen and is_unit(norm(measured)):
+    elif judged:
         consult_camera(p, x, measured, direction)
     if isolation_due(p, x, STAR_TRACKER):
-        if x.gyro_trusted and (x.referee > p.referee_limit or x.impossible_since < p.suspicion_time):
+        if x.gyro_trusted and (x.referee > p.referee_limit or x.surprised_since < p.suspicion_time):
             distrust_gyro(p, x, norm(y))
             forgive(x, STAR_TRACKER)
             forgive(x, CAMERA)
-        else:
+        elif x.referee < -p.referee_limit or not judged or x.in_a_row[STAR_TRACKER] >= p.decide_within:
             isolate(x, STAR_TRACKER)
     if settled(p, x, STAR_TRACKER, good):
         navigation_filter.take_attitude(p, x, correction, measured)
@@ -225,9 +234,10 @@ def hear_camera(p, x, correction, measured):
     good = is_unit(norm(measured)) and passes(p, x, CAMERA, z, p.camera_gate)
     x.los_squared = dot(z, z)
     count_test(x, CAMERA, good)
-    if not (x.admitted[STAR_TRACKER] > 0.5 and x.in_a_row[STAR_TRACKER] > 1.0):  # else the attitude is in question first
+    is_referee = x.admitted[STAR_TRACKER] > 0.5 and x.in_a_row[STAR_TRACKER] > 0.0
+    if not is_referee:
         blame_for_place(p, x, CAMERA, ALTIMETER)
-    if settled(p, x, CAMERA, good):
+    if settled(p, x, CAMERA, good) and not is_referee:
         navigation_filter.take_direction(p, x, correction, measured)
 
 
@@ -266,6 +276,7 @@ def find_place(p, x, distance, direction):
             x.covariance[part, whole] = 0.0 * identity3()
             x.covariance[whole, part] = 0.0 * identity3()
     x.velocity, x.lost = Vec3(0.0, 0.0, 0.0), False
+    x.restarts += 1.0
     place_at(p, x, distance, direction)
     forgive(x, ALTIMETER)
     forgive(x, CAMERA)
@@ -289,6 +300,8 @@ def report(p, x, status, residuals):
     status.accelerometer_trusted = 1.0 if x.accelerometer_trusted else 0.0
     status.star_tracker_rejected, status.altimeter_rejected = x.refused[STAR_TRACKER], x.refused[ALTIMETER]
     status.camera_rejected, status.imu_rejected = x.refused[CAMERA], x.samples_refused
+    status.gravity_trusted = 1.0 if x.gravity_since == 0.0 else 0.0
+    status.restarts = x.restarts
     status.isolations, status.readmissions, status.referee = x.isolations, x.readmissions, x.referee
     residuals.force, residuals.torque = x.force_residual, x.torque_residual
     residuals.force_size, residuals.torque_size = norm(x.force_residual), norm(x.torque_residual)

@@ -9,8 +9,9 @@ force is limited by its size, not by axis, so a limit never turns its direction;
 the thrusters' limit.
 
 hover   r_hold = r + v/k_v, where the craft comes to rest under the law, but not lower than hover_floor
-abort   u = r/|r|, the line of sight from the goal; r_hold = u max(abort_distance, |r| + abort_climb)
-both    q_hold: the attitude with z_B turned onto u by the least rotation, so that the camera keeps the mark
+abort   u = r/|r|, the line of sight from the goal, raised to 45 degrees where it is lower; r_hold = u max(abort_distance, |r| + abort_climb)
+both    q_hold: the attitude with thrust_axis turned onto u by the least rotation; z_B, so that the camera keeps the mark,
+        or another axis where the thrusters of z_B are dead
 
 Cost, an upper bound by the triangle inequality, where g_e = |f_ff|/m + 2 |w_D| v_c:
   hover   |v| + g_e hold_time
@@ -27,6 +28,7 @@ from flight_math import (
     conjugate,
     cross,
     dot,
+    hypot,
     kernel,
     norm,
     normalised,
@@ -45,6 +47,7 @@ class SafeStates(LanderModel):
     acceleration_limit: float = field(0.05, unit="m/s^2", gt=0, doc="a_max, besides the weight")
     attitude_gain: float = field(8.0, unit="N m", gt=0, doc="k_q")
     angular_damping: float = field(60.0, unit="N m s", gt=0, doc="D_w")
+    thrust_axis: Vec3 = field((0.0, 0.0, 1.0), unit="1", ge=-1, le=1, doc="unit vector in B that is turned up the line")
     climb_speed: float = field(0.5, unit="m/s", gt=0, doc="v_c")
     abort_distance: float = field(150.0, unit="m", gt=0, doc="from the goal, where an abort holds")
     abort_climb: float = field(20.0, unit="m", gt=0, doc="climb of an abort that begins beyond")
@@ -75,17 +78,18 @@ def limited(v, size):
 
 
 @kernel
-def facing(q, up):
-    """The attitude with z_B turned onto a direction in D by the least rotation; straight away from it there is none."""
-    z = rotate(q, Vec3(0.0, 0.0, 1.0))
-    half = 1.0 + dot(z, up)
-    return normalised(quaternion(cross(z, up), half)) * q if half > 1e-6 else q
+def facing(q, axis, up):
+    """The attitude with an axis in B turned onto a direction in D by the least rotation; none where they are opposite."""
+    now = rotate(q, axis)
+    half = 1.0 + dot(now, up)
+    return normalised(quaternion(cross(now, up), half)) * q if half > 1e-6 else q
 
 
 @kernel
 def line_of_sight(r):
-    """u, from the goal to the craft; straight up close to the goal."""
-    return normalised(r) if norm(r) > 1.0 else Vec3(0.0, 0.0, 1.0)
+    """u, from the goal to the craft; at least 45 degrees up, and straight up close to the goal."""
+    raised = Vec3(r.x, r.y, max(r.z, hypot(r.x, r.y)))
+    return normalised(raised) if norm(r) > 1.0 else Vec3(0.0, 0.0, 1.0)
 
 
 @kernel
@@ -94,14 +98,14 @@ def hover_station(p, r, q, v):
     place = r + v / p.velocity_gain
     place = Vec3(place.x, place.y, max(place.z, p.hover_floor))
     up = line_of_sight(place)
-    return Station(place, facing(q, up), up)
+    return Station(place, facing(q, p.thrust_axis, up), up)
 
 
 @kernel
 def abort_station(p, r, q):
     """Where an abort that begins at r^D, q holds."""
     up = line_of_sight(r)
-    return Station(max(p.abort_distance, norm(r) + p.abort_climb) * up, facing(q, up), up)
+    return Station(max(p.abort_distance, norm(r) + p.abort_climb) * up, facing(q, p.thrust_axis, up), up)
 
 
 @kernel

@@ -3,8 +3,8 @@
 A measurement of residual y and expected covariance S = H P H^T + sigma^2 is tested before anything of it is used:
 
   jump     z = L^-1 y with S = L L^T;  z.z is chi-square of as many degrees of freedom as the measurement has
-  drift    m <- (1 - k) m + k z;  a healthy sensor's z are white, so m.m (2 - k)/k is chi-square too: what stays within
-           the noise sample by sample, but leans to one side, is seen here
+  drift    m <- (1 - k) m + k z, of those that pass the first test;  a healthy sensor's z are white, so m.m (2 - k)/k is
+           chi-square too: what stays within the noise sample by sample, but leans to one side, is seen here
 
 A sensor that fails `isolate_after` tests in a row is isolated; isolated, it is still tested, and `readmit_after` passes in
 a row let it in again. While nobody corrects the filter its P grows, and S with it, so that an honest sensor comes back.
@@ -77,10 +77,12 @@ def whitened(s, y):
 @kernel
 def passes(p, x, sensor, z, gate):
     """Whether a whitened residual passes both tests."""
+    if not dot(z, z) <= gate:
+        return False
     lean = vec3(x.leaning[sensor]) + p.drift_weight * (z - vec3(x.leaning[sensor]))
     x.leaning[sensor] = lean
     spread = p.drift_weight / (2.0 - p.drift_weight)
-    return dot(z, z) <= gate and dot(lean, lean) <= gate * spread
+    return dot(lean, lean) <= gate * spread
 
 
 @kernel

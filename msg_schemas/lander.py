@@ -117,6 +117,7 @@ NAVIGATION_STATUS = named_vector("lander/navigation_status", BASE, {
     "camera_admitted": Quantity(None, "1", "0: isolated"),
     "gyro_trusted": Quantity(None, "1", "0: its bias is learnt anew from the star tracker"),
     "accelerometer_trusted": Quantity(None, "1", "0: the commanded force stands in for it"),
+    "gravity_trusted": Quantity(None, "1", "0: the last plausible gravity stands in for the model's"),
     "position_sigma": Quantity(None, "m", "largest of an axis"),
     "velocity_sigma": Quantity(None, "m/s", "largest of an axis"),
     "attitude_sigma": Quantity(None, "rad", "largest of an axis"),
@@ -127,6 +128,7 @@ NAVIGATION_STATUS = named_vector("lander/navigation_status", BASE, {
     "imu_rejected": Quantity(None, "1", "samples refused so far, of gyro or accelerometer"),
     "isolations": Quantity(None, "1", "how often a sensor was shut out"),
     "readmissions": Quantity(None, "1", "how often one was let in again"),
+    "restarts": Quantity(None, "1", "how often the filter began anew, wholly or with its place"),
     "referee": Quantity(None, "1", "log likelihood ratio of the camera: above 0 it speaks against the gyro"),
 }, Role.ESTIMATE, doc="what the navigation filter thinks of its sensors and of itself")
 THRUSTER_RESIDUALS = named_vector("lander/thruster_residuals", BASE, {
