@@ -8,10 +8,10 @@
 By itself: an estimate that is invalid or older than estimate_age for `patience` leads to abort; a nominal command older
 than command_age, in descend, to hover; a hover leaves for abort while it can still pay for one. For a first valid estimate
 it waits acquisition_time. By request: hover from descend, with an estimate that was valid within `patience`; descend from
-hover, with a fresh nominal command besides; abort, which is final (asked for again, it aims anew). Hover and abort are
-allowed while the budget covers their cost times `margin`; both are computed at each firing and published before anybody
-asks. What is not allowed is refused and counted; where not even an abort can be paid for, the landing goes on. Below
-commit_height, by the last valid estimate, descend is final.
+hover, with a fresh nominal command besides; abort, which is final (asked for again, it takes its line and attitude anew).
+Hover and abort are allowed while the budget covers their cost times `margin`; both are computed at each firing and
+published before anybody asks. What is not allowed is refused and counted; where not even an abort can be paid for, the
+landing goes on. A descent that a valid estimate has seen below commit_height is committed: from then on it is final.
 """
 
 from flight_graph.components.component import Component
@@ -25,6 +25,7 @@ from lander_ros.safe_states import (
     Station,
     abort_cost,
     abort_station,
+    facing,
     hover_cost,
     hover_station,
     line_of_sight,
@@ -48,7 +49,7 @@ class ModeManagerParameters(SafeStates):
     command_age: float = field(0.5, unit="s", gt=0, doc="an older nominal command is stale")
     patience: float = field(1.0, unit="s", gt=0, doc="with an estimate that is invalid or stale")
     acquisition_time: float = field(60.0, unit="s", ge=0, doc="for the first valid estimate")
-    commit_height: float = field(0.8, unit="m", ge=0, doc="below which a descent is carried through; 0: none")
+    commit_height: float = field(0.8, unit="m", ge=0, doc="below which a descent is carried through")
     blind_time: float = field(120.0, unit="s", ge=0, doc="for which a blind abort carries the weight")
     blind_attitude_sigma: float = field(0.02, unit="rad", gt=0, doc="up to which a blind abort holds the attitude")
 
@@ -76,7 +77,7 @@ class ModeManagerState(State):
     velocity_change: Vec3
     weight_force: Vec3
     carried: float
-    height: float
+    committed: bool
     hover_delta_v: float
     abort_delta_v: float
     abort_time: float
@@ -116,7 +117,8 @@ def reckon(p, x, odometry, gravity):
     r, q, motor = pose_and_motor(odometry)
     v = rotate(q, motor.dual)
     forward = feed_forward(p, r, q, gravity)
-    x.carried, x.height = weight(p, forward), r.z
+    x.carried = weight(p, forward)
+    x.committed = x.committed or (x.mode == DESCEND and r.z < p.commit_height)
     cost = abort_cost(p, r, v, x.carried)
     x.abort_delta_v, x.abort_time = cost.delta_v, cost.time
     x.hover_delta_v = hover_cost(p, v, x.carried).delta_v
@@ -143,12 +145,6 @@ def hover_allowed(p, x):
 
 
 @kernel
-def is_committed(p, x):
-    """Whether the descent is carried through."""
-    return x.mode == DESCEND and x.acquired and x.height < p.commit_height
-
-
-@kernel
 def obey(t_ns, p, x, inputs, usable, nominal_is_fresh):
     """Act on a new request, or refuse it; usable: the estimate."""
     request = inputs.request
@@ -158,9 +154,9 @@ def obey(t_ns, p, x, inputs, usable, nominal_is_fresh):
     wanted = int(request.mode)
     if wanted == x.mode:
         if wanted == ABORT and usable:
-            aim_abort(p, x, inputs.odometry)
+            turn_abort(p, x, inputs.odometry)
         return
-    if is_committed(p, x):
+    if x.committed:
         x.refused += 1.0
     elif wanted == DESCEND and x.mode == HOVER and usable and nominal_is_fresh:
         enter(t_ns, x, DESCEND, request.cause)
@@ -176,7 +172,7 @@ def obey(t_ns, p, x, inputs, usable, nominal_is_fresh):
 def look_after(t_ns, p, x, inputs, nominal_is_fresh):
     """What the manager does by itself."""
     is_bad = x.bad_for > p.patience
-    if x.mode != ABORT and not is_committed(p, x):
+    if x.mode != ABORT and not x.committed:
         if is_bad and abort_allowed(p, x):
             enter_abort(t_ns, p, x, inputs.odometry, BY_ITSELF)
         elif not is_bad and x.mode == DESCEND and x.acquired and not nominal_is_fresh:
@@ -225,6 +221,14 @@ def aim_abort(p, x, odometry):
 
 
 @kernel
+def turn_abort(p, x, odometry):
+    """The station of an abort, at the distance that it had, on the line and in the attitude of the estimate."""
+    r, q, _ = pose_and_motor(odometry)
+    up = line_of_sight(r)
+    put_station(x, Station(norm(x.station_position) * up, facing(q, p.thrust_axis, up), up))
+
+
+@kernel
 def put_station(x, station):
     """Remember a station."""
     x.station_position, x.station_orientation, x.station_line = station.position, station.orientation, station.line
@@ -260,7 +264,7 @@ def show(p, x, odometry, budget):
     budget.hover_allowed = 1.0 if hover_allowed(p, x) else 0.0
     budget.distance_to_go = norm(x.station_position - odometry.pose.pose.position) if x.mode != DESCEND else 0.0
     budget.blind = 1.0 if x.blind else 0.0
-    budget.refused = x.refused
+    budget.committed, budget.refused = 1.0 if x.committed else 0.0, x.refused
 
 
 class ModeManager(Component):

@@ -8,8 +8,10 @@ decays as exp(-k_v t), and then e as exp(-k_p t), never faster than v_c; k_v >= 
 force is limited by its size, not by axis, so a limit never turns its direction; m a_max and the weight together stay below
 the thrusters' limit.
 
-hover   r_hold = r + v/k_v, where the craft comes to rest under the law, but not lower than hover_floor
-abort   u = r/|r|, the line of sight from the goal, raised to 45 degrees where it is lower; r_hold = u max(abort_distance, |r| + abort_climb)
+hover   r_hold: where a deceleration of min(s v, a_max) brings the craft to rest, s = k_v (1 + sqrt(1 - 4 k_p/k_v))/2 the
+        faster pole of the law, so that it does not pass it; but not lower than hover_floor
+abort   u = r/|r|, the line of sight from the goal, raised to 45 degrees where it is lower;
+        r_hold = u max(abort_distance, |r| + abort_climb)
 both    q_hold: the attitude with thrust_axis turned onto u by the least rotation; z_B, so that the camera keeps the mark,
         or another axis where the thrusters of z_B are dead
 
@@ -36,6 +38,7 @@ from flight_math import (
     rotate,
     rotate_back,
     short_way,
+    sqrt,
     vector_part,
 )
 from lander_ros.feed_forward import LanderModel, clip_wrench, feed_forward
@@ -93,9 +96,18 @@ def line_of_sight(r):
 
 
 @kernel
+def stopping_distance(p, speed):
+    """The way [m] in which a deceleration of min(s v, a_max) takes a speed [m/s] away, s: the law's faster pole [1/s]."""
+    fast = 0.5 * p.velocity_gain * (1.0 + sqrt(max(1.0 - 4.0 * p.approach_gain / p.velocity_gain, 0.0)))
+    slow = min(speed, p.acceleration_limit / fast)
+    return (speed * speed - slow * slow) / (2.0 * p.acceleration_limit) + slow / fast
+
+
+@kernel
 def hover_station(p, r, q, v):
     """Where a hover that begins at r^D, q, v [m/s] in D holds."""
-    place = r + v / p.velocity_gain
+    speed = norm(v)
+    place = r + stopping_distance(p, speed) / speed * v if speed > 0.0 else r
     place = Vec3(place.x, place.y, max(place.z, p.hover_floor))
     up = line_of_sight(place)
     return Station(place, facing(q, p.thrust_axis, up), up)

@@ -20,13 +20,13 @@ from lander_ros.navigation_filter import ATTITUDE, POSITION
 
 STAR_TRACKER, ALTIMETER, CAMERA = range(3)
 SENSORS = 3
-CHI_SQUARE = "chi-square, one in 1.7 million"
+CHI_SQUARE = "chi-square, one in 1.74 million"
 
 
 class SensorTests(Parameters):
-    star_tracker_gate: float = field(32.5, unit="1", gt=0, source=CHI_SQUARE, doc="of both tests, three degrees of freedom")
+    star_tracker_gate: float = field(31.81, unit="1", gt=0, source=CHI_SQUARE, doc="of both tests, three degrees")
     altimeter_gate: float = field(25.0, unit="1", gt=0, source=CHI_SQUARE, doc="of both tests, one degree of freedom")
-    camera_gate: float = field(28.7, unit="1", gt=0, source=CHI_SQUARE, doc="of both tests, two degrees of freedom")
+    camera_gate: float = field(28.74, unit="1", gt=0, source=CHI_SQUARE, doc="of both tests, two degrees")
     drift_weight: float = field(0.1, unit="1", gt=0, le=1, doc="k, of the newest measurement in the test of drift")
     isolate_after: int = field(5, ge=1, doc="failed tests in a row")
     readmit_after: int = field(10, ge=1, doc="passed tests in a row")

@@ -149,6 +149,7 @@ MANEUVER_BUDGET = named_vector("lander/maneuver_budget", BASE, {
     "hover_allowed": Quantity(None, "1", "1: left covers it and an abort after it"),
     "distance_to_go": Quantity(None, "m", "to the place that hover or abort hold"),
     "blind": Quantity(None, "1", "1: an abort without a valid estimate is burning or coasting"),
+    "committed": Quantity(None, "1", "1: too low to leave the descent"),
     "refused": Quantity(None, "1", "requests of modes that were not allowed"),
 }, Role.TELEMETRY, doc="what the safe states cost, before they are allowed")
 STATUS = named_vector("lander/landing_status", BASE, {
