@@ -6,17 +6,18 @@ import pytest
 from flight_graph.graphs import metrics
 from flight_graph.graphs.scenario import Scenario, load
 from flight_graph.runs import simulate
-from papers.lander.metrics import seconds
+from papers.lander.metrics import compute, seconds
 
 NEVER = "star_tracker.measured.quaternion[3] > 2"  # a condition that never holds
 
 
 class Run:
-    """A run: its metrics, its tracks, and their rows at a time [s]."""
+    """A run: its metrics and those of a landing, its tracks, and their rows at a time [s]."""
 
     def __init__(self, scenario):
         self.scenario, self.recording = scenario, simulate(scenario)
         self.metrics = metrics.compute(scenario, self.recording)
+        self.landing = compute(scenario, self.recording)
 
     def __getitem__(self, topic):
         return self.recording[topic]

@@ -5,6 +5,7 @@ import pytest
 from scipy.stats import binom
 
 from flight_math import DualVector, Vec3
+from sim_nodes.lander.safe_end import named
 from sim_nodes.lander.thruster_failures import failed
 from sim_nodes.lander.thrusters import LanderThrusters, apply_thrusters
 
@@ -60,3 +61,23 @@ def test_second_echoes_are_as_frequent_as_said_and_longer_by_the_excess(broken):
     assert np.abs(excess[echoes] - 12.0).max() < 1.0 and np.abs(excess[~echoes]).max() < 1.0  # [m] noise below 0.2 m
     low, high = binom.ppf([0.0005, 0.9995], len(excess), 0.3)
     assert low <= echoes.sum() <= high
+
+
+@pytest.mark.parametrize(("changes", "velocity", "end"), [
+    ({"landed": 1.0, "speed": 0.05}, -1.0, "landed"),
+    ({"landed": 1.0, "speed": 0.2}, -1.0, "hit"),
+    ({"landed": 1.0, "lateral": 3.0}, -1.0, "hit"),
+    ({"clearance_min_all": -0.1}, 0.0, "below"),
+    ({"speed": 0.05}, -1.0, "holding"),
+    ({"speed": 0.5}, 0.5, "climbing"),
+    ({"speed": 0.5}, -0.5, "descending"),
+])
+def test_ends_have_names(changes, velocity, end):
+    last = {"landed": 0.0, "lateral": 0.1, "speed": 0.0, "attitude_error": 0.01, "rate": 0.0, "clearance_min_all": 5.0} | changes
+    assert named(last, {"site_velocity": np.array([0.0, 0.0, velocity]), "site_position": np.array([0.0, 0.0, 50.0])}) == end
+
+
+def test_a_craft_that_falls_back_after_a_blind_abort_is_not_called_safe(broken):
+    run = broken("navigation", "crash", from_s=60)
+    assert run.metrics["end"] == "descending" and not run.metrics["is_safe"]
+    assert broken("controller", "hang", from_s=60, for_s=2, changes={"duration_s": 250}).metrics["is_safe"]

@@ -66,7 +66,7 @@ def test_sixty_seconds_without_the_star_tracker(broken):
     assert low < run.at(STATUS, 99.9)["attitude_sigma"] ** 2 < high
     assert (np.diff(run[STATUS]["attitude_sigma"][run.times(STATUS) > 40.5]) > 0.0).all()
     assert (run[STATUS]["valid"][run.times(STATUS) > 20.0] == 1.0).all()
-    assert run.metrics["nav_attitude_rms_deg"] < 0.02
+    assert run.landing["nav_attitude_rms_deg"] < 0.02
 
 
 def test_velocity_without_altimeter_and_camera_grows_as_the_closed_form_says(broken):
@@ -120,7 +120,7 @@ def test_an_offset_of_the_gyro_is_blamed_on_it_and_learnt(broken, axis):
     found = run.at("lander/navigation", 94.0)
     spread = np.sqrt(found["variances"][9:12])
     assert (np.abs(found["gyro_bias"] - true) < 4.0 * spread).all() and spread.max() < 1e-3  # [rad/s]
-    assert run.metrics["nav_attitude_rms_deg"] < 0.2
+    assert run.landing["nav_attitude_rms_deg"] < 0.2
 
 
 def test_an_offset_of_the_accelerometer_is_told_from_a_leak_that_feels_the_same(broken):
