@@ -4,6 +4,7 @@
                  else the last one is held, and the rate is uncertain by gap_rate_sigma
   accelerometer  no specific force can exceed what all thrusters give; else the commanded force stands in, uncertain by
                  command_sigma, as long as it is not believed
+  repeats        a sample that equals the last one bit for bit is none: noise does not repeat
   not trusted    the gyro's bias is set free (lost_gyro_sigma at once, lost_gyro_walk_sigma a sample): the star tracker
                  teaches it; the accelerometer is replaced by the command; both on trial again after trial_time
   gravity        the model's value may change as fast as a craft that moves slowly can make it; else the last one is held
@@ -34,10 +35,13 @@ class InertialTests(Parameters):
 
 
 class InertialTrust(State):
-    """The last plausible rate [rad/s] and gravity [m/s^2], times since plausible samples and since the gyro felt what was
-    neither commanded nor possible [s], trust, and what is left of the time without it [s]; samples refused."""
+    """The last plausible rate [rad/s] and gravity [m/s^2], and the last samples; times since plausible samples and since
+    the gyro felt what was neither commanded nor possible [s]; trust, and what is left of the time without it [s]; samples
+    refused."""
 
     gyro_held: Vec3
+    gyro_last: Vec3
+    force_last: Vec3
     gyro_since: float
     force_since: float
     surprised_since: float
@@ -64,7 +68,11 @@ def plausible_rate(p, x, imu, is_new):
     x.surprised_since += p.period
     if is_new:
         step = norm(imu.angular_velocity - x.gyro_held)
-        if step <= p.angular_acceleration_limit * x.gyro_since + 12.0 * p.gyro_sigma:
+        repeated = p.repeats_are_faults and all(imu.angular_velocity == x.gyro_last)
+        x.gyro_last = imu.angular_velocity
+        if repeated:
+            x.samples_refused += 1.0
+        elif step <= p.angular_acceleration_limit * x.gyro_since + 12.0 * p.gyro_sigma:
             x.gyro_held, x.gyro_since = imu.angular_velocity, 0.0
         else:
             x.surprised_since = 0.0
@@ -77,7 +85,9 @@ def plausible_force(p, x, imu, is_new, command):
     """The specific force [m/s^2] to go on with, bias included: the sample's, or what was commanded."""
     x.force_since += p.period
     if is_new:
-        if norm(imu.linear_acceleration) <= p.specific_force_limit:
+        repeated = p.repeats_are_faults and all(imu.linear_acceleration == x.force_last)
+        x.force_last = imu.linear_acceleration
+        if norm(imu.linear_acceleration) <= p.specific_force_limit and not repeated:
             x.force_since = 0.0
         else:
             x.samples_refused += 1.0

@@ -2,16 +2,8 @@
 
 Beside `lander_ros.navigation`, with the same mathematics. Each measurement is tested as a whole (`sensor_admission`); while
 a sensor is isolated or silent the filter goes on without it, on the inertial unit, and its covariance grows. What then
-still counts as good enough to fly on is the status's `valid`: limits on the covariance, not on the time.
-
-Whom a contradiction blames (one failure at a time):
-  star tracker against filter         the camera is the referee: which attitude explains the direction of the mark, the
-                                      filter's (the gyro is right) or the star tracker's (the gyro has misled the filter)?
-                                      A torque that the gyro has felt shortly before speaks against it too: a true one
-                                      would not have made the star tracker differ. Meanwhile the camera only judges
-  altimeter or camera against filter  the accelerometer, where it feels a force that was not commanded; else the filter's
-                                      place, where both contradict it: it begins anew from the two; else that sensor
-  a force or torque, all sensors agree   nobody here: the thrusters (`lander_ros.thruster_residuals`)
+still counts as good enough to fly on is the status's `valid`: limits on the covariance, not on the time. Whom a
+contradiction blames stands in `contradictions`.
 """
 
 from flight_graph.components.component import Component, same_stamp
@@ -19,24 +11,29 @@ from flight_graph.components.records import field
 from flight_math import (
     Vec3,
     diagonal_of,
-    dot,
     identity3,
     kernel,
     largest,
     mat3,
     norm,
-    rotate_back,
     smallest,
     sqrt,
     stack_array,
-    vec3,
+    vector_part,
 )
 from lander_ros import navigation_filter
+from lander_ros.contradictions import (
+    Contradictions,
+    Quarrel,
+    find_place,
+    hear_altimeter,
+    hear_camera,
+    hear_star_tracker,
+    is_unit,
+)
 from lander_ros.inertial_trust import (
     InertialTests,
     InertialTrust,
-    distrust_accelerometer,
-    distrust_gyro,
     plausible_force,
     plausible_gravity,
     plausible_rate,
@@ -44,7 +41,7 @@ from lander_ros.inertial_trust import (
     spread_substitutes,
     start_inertial,
 )
-from lander_ros.navigation import NavigationParameters, NavigationState, attitude, begin, place_at, publish
+from lander_ros.navigation import NavigationParameters, NavigationState, attitude, begin, publish
 from lander_ros.navigation_filter import ATTITUDE, GYRO, PARTS, POSITION, VELOCITY
 from lander_ros.sensor_admission import (
     ALTIMETER,
@@ -54,27 +51,17 @@ from lander_ros.sensor_admission import (
     Admission,
     SensorTests,
     admit_all,
-    along,
-    count_test,
-    expected,
     forgive,
-    isolate,
-    isolation_due,
-    passes,
-    readmit_if_due,
-    whitened,
+    repeats,
 )
 from lander_ros.thruster_residuals import ThrusterModel, ThrusterWatch, start_torque_watch, watch_force, watch_torque
 from msg_schemas import lander
 
 INSANE = 1e8  # [m^2, m^2/s^2, rad^2, ...] no variance of an estimate
-OFF_NORM = 1e-3  # [1] by which the norm of a measured unit vector or quaternion may differ from one
 
 
-class RobustNavigationParameters(NavigationParameters, SensorTests, InertialTests, ThrusterModel):
+class RobustNavigationParameters(NavigationParameters, SensorTests, InertialTests, Contradictions, ThrusterModel):
     gate: float = field(40.0, unit="1", gt=0, doc="of a single scalar; above the gates of whole measurements")
-    referee_limit: float = field(15.0, unit="1", gt=0, doc="log likelihood ratio at which the camera's word counts")
-    decide_within: int = field(75, ge=1, doc="failed tests of the star tracker in a row that the camera may take to decide")
     position_limit: float = field(2.0, unit="m", gt=0, doc="largest standard deviation of a valid estimate")
     position_relative_limit: float = field(0.02, unit="1", ge=0, doc="and more of it, relative to the distance")
     velocity_limit: float = field(0.1, unit="m/s", gt=0, doc="largest standard deviation of a valid estimate")
@@ -82,13 +69,8 @@ class RobustNavigationParameters(NavigationParameters, SensorTests, InertialTest
     rate_limit: float = field(0.02, unit="rad/s", gt=0, doc="largest standard deviation of a valid estimate")
 
 
-class RobustNavigationState(NavigationState, Admission, InertialTrust, ThrusterWatch):
-    """What the filter knows, whom it believes; referee: the camera's log likelihood ratio; lost: its place is; how often it
-    began anew, wholly or with its place."""
-
-    referee: float
-    lost: bool
-    restarts: float
+class RobustNavigationState(NavigationState, Admission, InertialTrust, Quarrel, ThrusterWatch):
+    """What the filter knows, and whom it believes."""
 
 
 @kernel
@@ -108,7 +90,8 @@ def navigate(t_ns, p, x, inputs, outputs):
         advance(p, x, inputs, imu_new)
         correction = stack_array(PARTS, 3)
         if star:
-            hear_star_tracker(p, x, correction, attitude(p, t_ns, inputs.star_tracker), direction, seen)
+            repeated = repeats(p, x, STAR_TRACKER, vector_part(inputs.star_tracker.quaternion))
+            hear_star_tracker(p, x, correction, attitude(p, t_ns, inputs.star_tracker), repeated, direction, seen)
         if ranged:
             hear_altimeter(p, x, correction, distance)
         if seen:
@@ -126,12 +109,6 @@ def navigate(t_ns, p, x, inputs, outputs):
         start_torque_watch(p, x, inputs.imu.angular_velocity)
     publish(p, x, x.gyro_held, outputs.odometry, outputs.filter)
     report(p, x, outputs.status, outputs.residuals)
-
-
-@kernel
-def is_unit(length):
-    """Whether a norm is that of a unit vector or quaternion."""
-    return abs(length - 1.0) <= OFF_NORM
 
 
 @kernel
@@ -174,112 +151,6 @@ def advance(p, x, inputs, imu_new):
     navigation_filter.predict(p, x, force, rate, plausible_gravity(p, x, inputs.gravity.accel.linear))
     spread_substitutes(p, x)
     review_trust(p, x)
-
-
-@kernel
-def hear_star_tracker(p, x, correction, measured, direction, seen):
-    """Test an attitude; take it, or refuse it and find out who is to blame."""
-    y = navigation_filter.attitude_residual(x, measured) - vec3(correction[ATTITUDE])
-    z = whitened(expected(x, 0.0 * identity3(), identity3(), p.star_tracker_sigma), y)
-    good = is_unit(norm(measured)) and passes(p, x, STAR_TRACKER, z, p.star_tracker_gate)
-    x.star_squared = dot(z, z)
-    count_test(x, STAR_TRACKER, good)
-    judged = seen and x.admitted[CAMERA] > 0.5 and is_unit(norm(measured)) and is_unit(norm(direction))
-    if good:
-        x.referee = 0.0
-    elif judged:
-        consult_camera(p, x, measured, direction)
-    if isolation_due(p, x, STAR_TRACKER):
-        if x.gyro_trusted and (x.referee > p.referee_limit or x.surprised_since < p.suspicion_time):
-            distrust_gyro(p, x, norm(y))
-            forgive(x, STAR_TRACKER)
-            forgive(x, CAMERA)
-        elif x.referee < -p.referee_limit or not judged or x.in_a_row[STAR_TRACKER] >= p.decide_within:
-            isolate(x, STAR_TRACKER)
-    if settled(p, x, STAR_TRACKER, good):
-        navigation_filter.take_attitude(p, x, correction, measured)
-
-
-@kernel
-def consult_camera(p, x, measured, direction):
-    """Add to the referee: how much better a measured attitude explains the direction of the mark than the filter's does."""
-    to_mark, _ = navigation_filter.mark_direction(p, x.position)
-    by_filter = direction - rotate_back(x.orientation, to_mark)
-    by_star_tracker = direction - rotate_back(measured, to_mark)
-    gain = dot(by_filter, by_filter) - dot(by_star_tracker, by_star_tracker)
-    x.referee += 0.5 * gain / (p.camera_sigma * p.camera_sigma)
-
-
-@kernel
-def hear_altimeter(p, x, correction, measured):
-    """Test a distance; take it, or refuse it and find out who is to blame."""
-    to_mark, distance = navigation_filter.mark_direction(p, x.position)
-    y = measured - distance + dot(to_mark, vec3(correction[POSITION]))
-    s = expected(x, along(-to_mark), 0.0 * identity3(), navigation_filter.range_sigma(p, distance))
-    z = whitened(s, Vec3(y, 0.0, 0.0))
-    good = passes(p, x, ALTIMETER, z, p.altimeter_gate)
-    x.range_squared = dot(z, z)
-    count_test(x, ALTIMETER, good)
-    blame_for_place(p, x, ALTIMETER, CAMERA)
-    if settled(p, x, ALTIMETER, good):
-        navigation_filter.take_range(p, x, correction, measured)
-
-
-@kernel
-def hear_camera(p, x, correction, measured):
-    """Test a direction; take it, or refuse it and find out who is to blame."""
-    direction, by_place, by_turn = navigation_filter.direction_seen(p, x)
-    y = (measured - direction - by_place @ vec3(correction[POSITION]) - by_turn @ vec3(correction[ATTITUDE]))
-    z = whitened(expected(x, by_place, by_turn, p.camera_sigma), y)
-    good = is_unit(norm(measured)) and passes(p, x, CAMERA, z, p.camera_gate)
-    x.los_squared = dot(z, z)
-    count_test(x, CAMERA, good)
-    is_referee = x.admitted[STAR_TRACKER] > 0.5 and x.in_a_row[STAR_TRACKER] > 0.0
-    if not is_referee:
-        blame_for_place(p, x, CAMERA, ALTIMETER)
-    if settled(p, x, CAMERA, good) and not is_referee:
-        navigation_filter.take_direction(p, x, correction, measured)
-
-
-@kernel
-def blame_for_place(p, x, sensor, other):
-    """Find out who is to blame once a sensor of the place has failed often enough."""
-    if not isolation_due(p, x, sensor):
-        return
-    if x.accelerometer_trusted and norm(x.force_residual) > p.force_residual_limit:
-        distrust_accelerometer(p, x)
-        forgive(x, sensor)
-        forgive(x, other)
-    elif x.admitted[other] > 0.5 and x.in_a_row[other] > 1.0:
-        x.lost = True
-    else:
-        isolate(x, sensor)
-
-
-@kernel
-def settled(p, x, sensor, good):
-    """Let a sensor in again where it is due; whether its measurement is to be taken."""
-    readmit_if_due(p, x, sensor)
-    take = good and x.admitted[sensor] > 0.5
-    if take:
-        x.since_taken[sensor] = 0.0
-    if not good:
-        x.refused[sensor] += 1.0
-    return take
-
-
-@kernel
-def find_place(p, x, distance, direction):
-    """Take the place from altimeter and camera alone, at an unknown velocity; attitude and biases stay."""
-    for part in range(PARTS):
-        for whole in (POSITION, VELOCITY):
-            x.covariance[part, whole] = 0.0 * identity3()
-            x.covariance[whole, part] = 0.0 * identity3()
-    x.velocity, x.lost = Vec3(0.0, 0.0, 0.0), False
-    x.restarts += 1.0
-    place_at(p, x, distance, direction)
-    forgive(x, ALTIMETER)
-    forgive(x, CAMERA)
 
 
 @kernel

@@ -6,6 +6,8 @@ A measurement of residual y and expected covariance S = H P H^T + sigma^2 is tes
   drift    m <- (1 - k) m + k z, of those that pass the first test;  a healthy sensor's z are white, so m.m (2 - k)/k is
            chi-square too: what stays within the noise sample by sample, but leans to one side, is seen here
 
+  repeat   a measurement that equals the last one bit for bit is none: noise does not repeat
+
 A sensor that fails `isolate_after` tests in a row is isolated; isolated, it is still tested, and `readmit_after` passes in
 a row let it in again. While nobody corrects the filter its P grows, and S with it, so that an honest sensor comes back.
 
@@ -28,17 +30,19 @@ class SensorTests(Parameters):
     altimeter_gate: float = field(25.0, unit="1", gt=0, source=CHI_SQUARE, doc="of both tests, one degree of freedom")
     camera_gate: float = field(28.74, unit="1", gt=0, source=CHI_SQUARE, doc="of both tests, two degrees")
     drift_weight: float = field(0.1, unit="1", gt=0, le=1, doc="k, of the newest measurement in the test of drift")
+    repeats_are_faults: bool = field(True, doc="test of repeats, of the inertial unit too; false: no noise")
     isolate_after: int = field(5, ge=1, doc="failed tests in a row")
     readmit_after: int = field(10, ge=1, doc="passed tests in a row")
 
 
 class Admission(State):
-    """Of each sensor: let in (1) or isolated (0), tests in a row that speak for a change, m of the test of drift, age of
-    the last measurement taken [s], measurements refused; and how often one was isolated and let in again."""
+    """Of each sensor: let in (1) or isolated (0), tests in a row that speak for a change, m of the test of drift, the last
+    measurement, the time since one was taken [s], measurements refused; how often one was isolated and let in again."""
 
     admitted: Array(SENSORS)
     in_a_row: Array(SENSORS)
     leaning: Array(SENSORS, 3)
+    last: Array(SENSORS, 3)
     since_taken: Array(SENSORS)
     refused: Array(SENSORS)
     isolations: float
@@ -81,8 +85,22 @@ def passes(p, x, sensor, z, gate):
         return False
     lean = vec3(x.leaning[sensor]) + p.drift_weight * (z - vec3(x.leaning[sensor]))
     x.leaning[sensor] = lean
-    spread = p.drift_weight / (2.0 - p.drift_weight)
-    return dot(lean, lean) <= gate * spread
+    return not leans(p, x, sensor, gate)
+
+
+@kernel
+def repeats(p, x, sensor, measured):
+    """Whether a measurement, three numbers of it, is the last one again."""
+    again = p.repeats_are_faults and all(measured == vec3(x.last[sensor]))
+    x.last[sensor] = measured
+    return again
+
+
+@kernel
+def leans(p, x, sensor, gate):
+    """Whether the test of drift fails: what was taken of the sensor until now leant to one side."""
+    lean = vec3(x.leaning[sensor])
+    return dot(lean, lean) > gate * p.drift_weight / (2.0 - p.drift_weight)
 
 
 @kernel

@@ -18,6 +18,7 @@ from lander_ros.sensor_admission import (
     isolation_due,
     passes,
     readmit_if_due,
+    repeats,
     whitened,
 )
 
@@ -95,3 +96,9 @@ def test_isolation_after_five_in_a_row_and_readmission_after_ten(p, x):
     meet([True])
     assert x.admitted[ALTIMETER] == 1.0 and x.readmissions == 1.0
     assert x.admitted[CAMERA] == x.admitted[STAR_TRACKER] == 1.0
+
+
+def test_a_measurement_that_comes_again_bit_for_bit_is_none(p, x):
+    first, other = Vec3(0.1, 0.2, 0.3), Vec3(0.1, 0.2, np.nextafter(0.3, 1.0))
+    assert [repeats(p, x, CAMERA, one) for one in (first, first, other, first)] == [False, True, False, False]
+    assert not repeats(p, x, ALTIMETER, first)
