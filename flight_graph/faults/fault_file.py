@@ -1,30 +1,29 @@
 """One entry of the ``faults:`` block of a scenario, as its file writes it.
 
     faults:
-      - {id: gyro, at: imu.imu.angular_velocity[2], type: bias, value: 0.01, ramp_s: 5, from_s: 20, until_s: 60}
+      - {id: gyro, at: "imu.imu.angular_velocity[2]", type: bias, value: 0.01, ramp_s: 5, from_s: 20, until_s: 60}
       - {id: tracker, at: star_tracker.attitude, type: drop, probability: 0.3, from_s: 10}
       - {id: wheel, at: "plant <- command.effort[2]", type: scale, value: 0.4, from_s: 12}
-      - {id: upset, at: estimator.state.bias[0], type: bit_flip, bit: 51, at_s: 30}
+      - {id: upset, at: "estimator.state.bias[0]", type: bit_flip, bit: 51, at_s: 30}
       - {id: law, at: controller, type: hang, from_s: 40, for_s: 0.3}
 
 What it means in a graph is worked out in `flight_graph.faults.fault_set`.
 """
 
-import re
 from typing import Annotated
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from flight_graph.errors import FlightError, unknown
-from flight_graph.faults.fault_types import TYPES
+from flight_graph.faults import identifiers
+from flight_graph.faults.fault_types import SPARE, TYPES
+from flight_graph.faults.report import REPORT
 from flight_graph.text_files import short
 
 MOST = 1000  # faults of a scenario
-_IDENTIFIER = re.compile("[A-Za-z][A-Za-z0-9_]{0,59}")
 _Number = Annotated[float, Field(allow_inf_nan=False)]
 _Seconds = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
-_Span = Annotated[float, Field(gt=0, le=1e9, allow_inf_nan=False)]
+_Span = Annotated[float, Field(ge=1e-9, le=1e9, allow_inf_nan=False)]
 
 
 class FaultEntry(BaseModel):
@@ -50,7 +49,7 @@ class FaultEntry(BaseModel):
                                                   "from each onset of `when`")
     at_s: _Seconds | None = Field(None, description="one firing: the first at or after this time [s]")
     every_s: _Span | None = Field(None, description="again and again, with this period [s]")
-    unit: str | None = Field(None, pattern=r"^[A-Za-z][A-Za-z0-9_]{0,59}$", description=(
+    unit: str | None = Field(None, description=(
         "the unit that fails, as actionpoints blame it; the component of the place when left out"))
     when: str | None = Field(None, max_length=1000, description=(
         "only while this holds: an expression over recorded signals, as `plant.truth.rates[0] > 0.1`"))
@@ -58,9 +57,20 @@ class FaultEntry(BaseModel):
     @field_validator("id")
     @classmethod
     def _is_name(cls, value):
-        if not _IDENTIFIER.fullmatch(value) or hasattr(np.record, value):
-            raise ValueError("it is no name; allowed: a letter, then letters, digits and underscores, 60 in all (but no "
-                             "attribute of a NumPy record)")
+        return identifiers.check(value)
+
+    @field_validator("unit")
+    @classmethod
+    def _is_unit(cls, value):
+        if value is not None and not identifiers.is_form(value):
+            raise ValueError("it is no name; allowed: a letter, then letters, digits and underscores, 60 in all")
+        return value
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _is_no_truth(cls, value):
+        if isinstance(value, bool):
+            raise ValueError("yes, no, true and false mean nothing here")
         return value
 
     @property
@@ -105,7 +115,7 @@ def value(data: list[dict], path: str):
 
 def _entry(data, place, where) -> FaultEntry:
     name = data.get("id")
-    label = f"{where}.{name}" if isinstance(name, str) and _IDENTIFIER.fullmatch(name) else place
+    label = f"{where}.{name}" if identifiers.is_form(name) else place
     try:
         entry = FaultEntry.model_validate(data)
     except ValidationError as error:
@@ -124,7 +134,8 @@ def _sentence(error, data):
         return str(unknown("key", key, FaultEntry.model_fields))
     if first["type"] == "missing":
         return f"the key {key} is missing; a fault has at least id, at and type"
-    said = first["msg"].removeprefix("Value error, ").lower()
+    said = first["msg"].removeprefix("Value error, ")
+    said = said[:1].lower() + said[1:]
     return f"{key}: {said} (got {short(repr(first['input']))})"
 
 
@@ -133,11 +144,11 @@ def _check_keys(entry, label):
     allowed = {"id", "at", "type", "unit", *kind.needs, *kind.takes}
     for key in entry.given:
         if key not in allowed:
-            raise FlightError(f"{label}.{key}: a {entry.type} has no such key; it takes {', '.join(_ordered(allowed))}")
+            raise FlightError(f"{label}.{key}: {entry.type} has no such key; it takes {', '.join(_ordered(allowed))}")
     for key in kind.needs:
         if getattr(entry, key) is None:
             meaning = f" ({kind.value})" if key == "value" and kind.value else ""
-            raise FlightError(f"{label}: a {entry.type} needs {key}{meaning}")
+            raise FlightError(f"{label}: {entry.type} needs {key}{meaning}")
     if entry.type == "noise" and entry.value < 0 or entry.type in ("quantise", "saturate") and entry.value <= 0:
         raise FlightError(f"{label}.value: {entry.value:g} is not allowed; allowed: {kind.value}, greater than 0")
 
@@ -169,3 +180,8 @@ def _check_window(entry, label):
         raise FlightError(f"{label}.for_s: a {entry.type} happens at instants and does not last")
     if entry.probability is not None and entry.every is not None:
         raise FlightError(f"{label}: probability and every both say which messages; give one of them")
+
+
+def spare(identifier: str) -> FaultEntry:
+    """A place that is kept for a fault that is injected while the graph runs."""
+    return FaultEntry(id=identifier, at=REPORT, type=SPARE.name)
