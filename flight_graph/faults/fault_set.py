@@ -75,7 +75,7 @@ class FaultSet:
         return bool(self.faults or self.monitors)
 
     def of(self, node: str) -> list[Fault]:
-        """What belongs to a component's firings: commands of monitors, faults in the order of the file; to the report, all."""
+        """What belongs to a component's firings: commands of monitors, faults in the file's order; to the report, all."""
         if node == REPORT:
             return self.faults
         commands = self.monitors.commands.get(node, []) if self.monitors else []

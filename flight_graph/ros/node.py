@@ -10,7 +10,6 @@ from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 
 from flight_graph.engines.single import SingleComponent
 from flight_graph.errors import FlightError, unknown
-from flight_graph.faults.report import REPORT
 from flight_graph.recordings.recording import formatted_payload
 from flight_graph.ros.parameters import ComponentParameters
 from flight_graph.ros.ports import InputPort, LoopOnly, OutputPort, RawPublisher, is_importable
