@@ -45,7 +45,9 @@ class Effect:
 
 @dataclass(frozen=True)
 class Channel:
-    """A record on its way through the effects on it: from ``origin`` to ``record``, and to ``visible`` if it is shown."""
+    """A record on its way through the effects on it: from ``origin`` to ``record``, and on to ``visible`` where it is
+    shown.
+    """
 
     name: str
     origin: str
@@ -101,7 +103,8 @@ class NodeFaults:
     def _effect(self, fault: Fault, array: str, signal=None) -> Effect:
         place, op = fault.place, _op(fault)
         common = {"name": f"{self.node.name}.{self._numbers[id(fault)]}", "fault": fault, "op": op, "array": array,
-                  "node": self.node.name, "condition": fault.condition}
+                  "node": self.node.name,
+                  "condition": fault.condition}
         if place.field is not None:
             found = place.field
             return Effect(**common, offset=found.offset, dtype=found.dtype, count=found.count,

@@ -116,5 +116,6 @@ def _of_fault(fault, op) -> dict:
     if op in (effects.FLAG, effects.ON_CHANGE):
         return values
     return values | {"each": entry.every or 0, "ticks": entry.ticks or 0, "bit": entry.bit or 0,
-                     "ramp": entry.ramp_s or 0.0, "value": 0.0 if entry.value is None else entry.value,
+                     "ramp": entry.ramp_s or 0.0,
+                     "value": 0.0 if entry.value is None else entry.value,
                      "chance": 1.0 if entry.probability is None else entry.probability}

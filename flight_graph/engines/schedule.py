@@ -93,9 +93,9 @@ class Schedule:
             schedule.holds += [Hold(graph.ticks(node), _held(node, port), schedule._shown(edge.node, edge.port))
                                for port, edge in node.inputs.items() if edge.delay]
             if faults:
-                schedule.holds += [
-                    Hold(graph.ticks(node), fault_schedule.watched(node.name, *signal), schedule._shown(*signal))
-                    for signal in faults.watched(node.name)]
+                schedule.holds += [Hold(graph.ticks(node), fault_schedule.watched(node.name, *signal),
+                                        schedule._shown(*signal))
+                                   for signal in faults.watched(node.name)]
         schedule.firings = [schedule._firing(step) for step in graph.order]
         return schedule
 

@@ -54,7 +54,8 @@ class Condition:
 
 
 def condition(text: str, nodes: dict, where: str, own: dict[str, places.Field] | None = None) -> Condition:
-    """A condition over the outputs of a graph. nodes: name -> node; own: name -> number of the record it decides about.
+    """A condition over the outputs of a graph. nodes: name -> node; own: numbers of the record that it decides about, by
+    name.
 
     Raises FlightError.
     """

@@ -16,7 +16,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from flight_graph.errors import FlightError, unknown
 from flight_graph.faults import identifiers
-from flight_graph.faults.fault_types import TYPES
+from flight_graph.faults.fault_types import SPARE, TYPES
+from flight_graph.faults.report import REPORT
 from flight_graph.text_files import short
 
 MOST = 1000  # faults of a scenario
@@ -168,8 +169,8 @@ def _check_window(entry, label):
     if entry.until_s is not None and entry.for_s is not None and entry.every_s is None and entry.when is None:
         raise FlightError(f"{label}: until_s and for_s both say when it ends; give one of them")
     if entry.every_s is not None and entry.for_s is not None and entry.for_s >= entry.every_s:
-        raise FlightError(f"{label}: it lasts {entry.for_s:g} s (for_s) and begins anew every {entry.every_s:g} s (every_s)"
-                          "; for_s must be the shorter one")
+        raise FlightError(f"{label}: it lasts {entry.for_s:g} s (for_s) and begins anew every {entry.every_s:g} s "
+                          "(every_s); for_s must be the shorter one")
     if entry.every_s is not None and entry.when is not None:
         raise FlightError(f"{label}: every_s and when both say when it begins; give one of them")
     is_event = TYPES[entry.type].is_event
@@ -179,3 +180,8 @@ def _check_window(entry, label):
         raise FlightError(f"{label}.for_s: a {entry.type} happens at instants and does not last")
     if entry.probability is not None and entry.every is not None:
         raise FlightError(f"{label}: probability and every both say which messages; give one of them")
+
+
+def spare(identifier: str) -> FaultEntry:
+    """A place that is kept for a fault that is injected while the graph runs."""
+    return FaultEntry(id=identifier, at=REPORT, type=SPARE.name)

@@ -95,8 +95,8 @@ def _sentence(error, data) -> str:
     first = error.errors()[0]
     place, value = "", data
     for part in first["loc"]:
-        is_entry = isinstance(part, int) and isinstance(value, list) and isinstance(value[part], dict)
-        named = value[part].get("id") if is_entry else None
+        listed = isinstance(part, int) and isinstance(value, list) and isinstance(value[part], dict)
+        named = listed and value[part].get("id")
         place += f".{short(str(named), 60)}" if named else f"[{part}]" if isinstance(part, int) else f".{short(part, 60)}"
         value = value[part] if isinstance(value, (dict, list)) and first["type"] != "missing" and (
             isinstance(part, int) or part in value) else None

@@ -59,9 +59,8 @@ class Replayer:
         self._answers = comparable_topics(self._run, self._component)
         self._plain = [topic for topic in self._answers if topic.formatted is None]
         irregular = self._run.scenario.faults.is_irregular
-        self._streams = [
-            recorder.Stream(node, topic, self._epoch_ns, self._end_ns, group, irregular(topic.node, topic.port))
-            for topic in self._plain]
+        self._streams = [recorder.Stream(node, topic, self._epoch_ns, self._end_ns, group,
+                                         irregular(topic.node, topic.port)) for topic in self._plain]
         self._watch = Watch(node, self._component, group)
 
     def _get(self, name, default):
