@@ -35,7 +35,7 @@ def euler_singularity(corrected: bool = False):
     """Below (3): N cannot be inverted where cos alpha is zero (corrected: cos beta)."""
     angles = np.random.default_rng(3).uniform(-1.4, 1.4, (STATES, 3))
     angles[:, 1 if corrected else 0] = np.pi / 2.0
-    found = [abs(np.linalg.det(body_rates_matrix(one))) for one in angles]
+    found = [abs(np.linalg.det(printed_rates_matrix(one))) for one in angles]
     return bool(max(found) < EXACT), f"|det N| there: {min(found):.2g} to {max(found):.2g}"
 
 
