@@ -56,6 +56,16 @@ def axis_angle(factor: float = 1.0):
     return agree(pairs)
 
 
+def unique_quaternion(largest: float = 180.0):
+    """Below (4): one Q with q0 > 0 for each attitude. largest: turn [deg] that is looked at besides one of 90 deg."""
+    found = {}
+    for psi in (90.0, largest):
+        q0 = np.cos(np.radians(psi) / 2.0)
+        count = sum(one > EXACT for one in (q0, -q0))  # of Q and -Q
+        found[f"a turn of {psi:g} deg"] = count == 1, f"{count} with q0 > 0"
+    return found
+
+
 def quaternion_of(rotation):
     """Q with q0 > 0 of a rotation (3, 3), which may be complex."""
     q0 = 0.5 * np.sqrt(1.0 + np.trace(rotation))
