@@ -49,6 +49,16 @@ def test_a_turn_about_the_vertical_that_is_singular():
     assert not checks.always_invertible()[0] and checks.always_invertible(-2.0 * math.pi / 3.0)[0]
 
 
+def test_too_large_a_lambda_leaves_the_funnel(monkeypatch):
+    """0.05, which the law refuses to begin with, begun all the same, leaves the funnel; 0.047 does not."""
+    for gain, begins, stands in ((0.05, 1.061, False), (0.047, 0.997, True)):
+        monkeypatch.setattr(printed_law, "LAMBDA_A", gain)
+        monkeypatch.setattr(printed_law, "LAMBDA_U", gain)
+        run = printed_law.run(10.0, 5e-3)
+        assert np.abs(run.virtual[0]).max() / printed_law.RHO_U0 == pytest.approx(begins, abs=1e-3)
+        assert (np.abs(run.angles[-1]).max() < printed_law.bounds(10.0)[0]) == stands
+
+
 def test_a_rover_that_lies_on_a_face():
     """Body axis x or y upright: the z axis is level, at most acos(1 / sqrt(3)) from the inertial x axis' elevation."""
     largest = math.degrees(math.asin(math.sqrt(2.0 / 3.0)))
