@@ -10,7 +10,7 @@ import typer
 from flight_graph.cli.show import console, number, steps
 from flight_graph.errors import FlightError, unknown
 from flight_graph.graphs.papers import papers
-from flight_graph.text_files import read_text
+from flight_graph.text_files import decoded, read_bytes
 
 SHOWN_VALUES = 8  # in a cell
 SAID = {"paper": "of the paper, quoted", "implied": "implied by the paper", "ours": "ours"}
@@ -136,7 +136,7 @@ def _quotations(paper, text, only, as_json) -> bool:
     if paper is None:
         raise FlightError("--text is the text of one paper: name it, as in 'flight claims appc --text paper.txt'")
     rows = chosen(read(paper), only, paper)
-    lacking = quotations.missing(rows, read_text(text, str(text)))
+    lacking = quotations.missing(rows, decoded(read_bytes(text, str(text)), str(text)))
     total = sum(len(claim.quotes) for claim in rows)
     if as_json:
         print(json.dumps({"quotations": total, "missing": lacking}))
