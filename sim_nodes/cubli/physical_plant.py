@@ -22,7 +22,7 @@ import math
 
 from cubli_ros.attitude import cardan_from_quaternion, quaternion_from_cardan
 from flight_graph.components.component import Component, Formatted
-from flight_graph.components.records import Choice, State, field
+from flight_graph.components.records import Choice, field
 from flight_graph.errors import FlightError
 from flight_graph.timebase import SECOND
 from flight_math import Quaternion, Vec3, kernel, plain, rotate, rotate_back, sincos
@@ -40,8 +40,8 @@ from sim_nodes.cubli.contact_events import (
     standing_force,
     touch,
 )
-from sim_nodes.cubli.plant import SITE_FROM_BALANCE, RoverParameters, transform
-from sim_nodes.cubli.reaction_wheels import deliverable_torque
+from sim_nodes.cubli.plant import SITE_FROM_BALANCE, RoverParameters, WheelDrive, transform
+from sim_nodes.cubli.reaction_wheels import wheel_torque
 from sim_nodes.gravity.parameters import SiteParameters, resolve_site
 
 
@@ -57,7 +57,7 @@ class PhysicalPlantParameters(RoverParameters, SiteParameters):
                                         doc="of each axis; acts as a torque of m l^2 / 6 times this")
 
 
-class PhysicalPlantState(State):
+class PhysicalPlantState(WheelDrive):
     """Motion as in `sim_nodes.cubli.contact`; slide, anchor, force: site frame; extremes and events for the messages."""
 
     attitude: Quaternion
@@ -110,7 +110,7 @@ def update(t_ns, p, x, command):
         return
     normal, t = ground_normal(p), t_ns / SECOND
     x.normal_force, x.friction_ratio = LOST, 0.0
-    x.torque = deliverable_torque(p, command.effort, x.wheel_speed)
+    x.torque = wheel_torque(p, x, command)
     substeps = math.ceil(p.period / p.largest_step - 1e-9)
     h = p.period / substeps
     for step in range(substeps + 1):
