@@ -110,8 +110,8 @@ SAFE_COMMAND = Signal("cubli/safe_command", "sensor_msgs/msg/JointState", Role.C
                       doc="torque on the body by each wheel, from the mode manager")
 ESTIMATOR_STATUS = named_vector("cubli/estimator_status", BASE, {
     "valid": Quantity(None, "1", "1 while attitude and rates may be used"),
-    "sigma": Quantity(None, "rad", "largest standard deviation of the attitude error, any direction"),
-    "rate_sigma": Quantity(None, "rad/s", "largest standard deviation of the rate error, any direction"),
+    "sigma": Quantity(None, "rad", "root of the sum of the variances of the attitude error"),
+    "rate_sigma": Quantity(None, "rad/s", "root of the sum of the variances of the rate error"),
     "tracker_age": Quantity(None, "s", "since the last star tracker measurement that was taken; -1: none yet"),
     "gyro_age": Quantity(None, "s", "since the last gyro sample that was taken; -1: none yet"),
     "tracker_admitted": Quantity(None, "1", "1 while star tracker measurements are taken"),

@@ -1,0 +1,172 @@
+"""Which sensors the attitude estimate of the Cubli rover trusts: tests, isolation, re-admission, and a referee.
+
+Gyro. A sample is refused when an axis is beyond `rate_limit`; when an axis has changed faster than torques can turn
+the rover, |dw| > acceleration_limit dt + 6 sqrt(2) gyro_sigma since the last sample that was taken; or when an axis
+has read the same number `frozen_limit` times in a row, which noise does not do. Until `gyro_limit` samples in a row
+are refused, the last good one is used again. Then the gyro is *isolated*: the rate is held, and what it may change
+becomes the walk of the "bias", `coasting_walk` a sample, so that the same filter goes on as one of constant rate,
+corrected by the star tracker. The gyro is *re-admitted* when `gyro_readmit` samples in a row differ by less than
+`bias_limit` from the rate so found; bias = sample - rate then, with that rate's covariance, so that a constant offset
+is learned and no more.
+
+Star tracker. A measurement is refused when it equals the last one bit for bit, or when its innovation is beyond the
+chi-square gate (`cubli_ros.attitude_filter`). After `tracker_limit` in a row the tracker is isolated: measurements
+are looked at but not taken, until `tracker_readmit` in a row are within the gate, which widens as the covariance of
+dead reckoning grows.
+
+Referee. A gyro whose bias jumps by little makes the tracker look wrong. While the tracker is isolated, the
+accelerometer says which of the two it is: the corner rests, so its specific force f, turned into the balance frame by
+an attitude and averaged over `vertical_time`, must point along [1, 1, 1]. With r_e and r_t the distances from that
+direction for the estimate's attitude and the tracker's, the tracker is right where |r_t| < |r_e|, for errors of equal
+size the likelier of the two. It votes only where they differ by `referee_angle`, above the accelerations of
+balancing. About the vertical it cannot see; there a difference that grows steadily and turns about the vertical is a
+drifting gyro, for trackers do not drift. After `votes` the estimate is *reopened*: it begins again at the tracker's
+attitude with a bias that may be off by `reopened_bias_sigma`. A second reopening within `reopen_again` isolates the
+gyro too.
+"""
+
+import math
+
+from cubli_ros import attitude_filter
+from flight_math import Vec3, conjugate, diagonal, kernel, largest, norm, rotate, same, where
+
+UP = Vec3(*[1.0 / math.sqrt(3.0)] * 3)  # [-] balance frame, level ground
+TRUSTED = 0.5  # [-] of g: an averaged specific force that differs by more from g is no vertical
+STEADY_SPREAD = 12.0  # [-] of star_tracker_sigma: second differences of a steady growth (5 of their standard deviations)
+NOISE = 6.0 * math.sqrt(2.0)  # [-] of gyro_sigma: largest difference of two samples
+
+
+# -- gyro --------------------------------------------------------------------------------------------------------------
+@kernel
+def is_sound(p, x, gyro):
+    """Whether a gyro sample [rad/s] may be used; x.gyro_repeats counts how often each axis has read the same number."""
+    x.gyro_repeats = where(gyro == x.gyro_raw, x.gyro_repeats + 1.0, 0.0)
+    x.gyro_raw = gyro
+    if not largest(abs(gyro)) <= p.rate_limit:
+        return False
+    if p.frozen_limit > 0 and largest(x.gyro_repeats) >= p.frozen_limit:
+        return False
+    if x.gyro_lost:
+        return largest(abs(gyro - x.known_bias - (x.gyro_before - x.bias))) <= p.bias_limit
+    allowed = p.acceleration_limit * (x.gyro_age + p.period) + NOISE * p.gyro_sigma
+    return x.gyro_age < 0.0 or largest(abs(gyro - x.gyro_before)) <= allowed
+
+
+@kernel
+def admit_gyro(p, x, gyro, fresh):
+    """The sample to go on with [rad/s]: this one, or the last good one. Isolates and re-admits. fresh: it is of now."""
+    sound = fresh and is_sound(p, x, gyro)
+    x.gyro_streak = x.gyro_streak + 1 if sound == x.gyro_lost else 0
+    if x.gyro_lost and x.gyro_streak >= p.gyro_readmit:
+        x.bias += gyro - x.gyro_before
+        x.gyro_lost, x.gyro_streak = False, 0
+        x.gyro_before = gyro
+    if sound and not x.gyro_lost:
+        x.gyro_age = 0.0
+        return gyro
+    x.gyro_rejected += not sound
+    x.gyro_age += p.period if x.gyro_age >= 0.0 else 0.0
+    if not x.gyro_lost and x.gyro_age >= 0.0 and x.gyro_streak >= p.gyro_limit:
+        isolate_gyro(x)
+    return x.gyro_before
+
+
+@kernel
+def isolate_gyro(x):
+    """The rate is held from now on, and corrected by the star tracker."""
+    x.known_bias = x.bias
+    x.gyro_lost, x.gyro_streak = True, 0
+    x.gyro_isolations += 1
+
+
+# -- star tracker ------------------------------------------------------------------------------------------------------
+@kernel
+def admit_tracker(p, x, measured):
+    """Test a measured attitude, take it or not, isolate and re-admit the tracker. Returns whether it was taken."""
+    repeats = norm(measured - x.measured_before) == 0.0
+    x.measured_before = measured
+    if repeats:
+        refuse(p, x)
+        return False
+    spread = attitude_filter.innovate(p, x, measured)
+    fits = x.innovation_squared <= p.gate
+    if x.tracker_lost:
+        x.tracker_streak = x.tracker_streak + 1 if fits else 0
+        if x.tracker_streak < p.tracker_readmit:
+            x.tracker_rejected += 1
+            return not fits and judged_right(p, x, measured)
+        x.tracker_lost = False
+    if not fits:
+        refuse(p, x)
+        return False
+    attitude_filter.correct(p, x, spread)
+    x.tracker_streak = 0
+    return True
+
+
+@kernel
+def refuse(p, x):
+    """A measurement is refused; so many in a row isolate the tracker."""
+    x.tracker_rejected += 1
+    x.tracker_streak = 0 if x.tracker_lost else x.tracker_streak + 1
+    if not x.tracker_lost and x.tracker_streak >= p.tracker_limit:
+        x.tracker_lost, x.tracker_streak = True, 0
+        x.tracker_isolations += 1
+        x.votes, x.steady, x.growth_before, x.innovation_before = 0, 0, same(0.0), x.innovation
+
+
+# -- referee -----------------------------------------------------------------------------------------------------------
+@kernel
+def average_vertical(p, x, specific_force):
+    """Average of the specific force [m/s^2] in the balance frame, by the estimate; x.vertical_age [s] of its length."""
+    force = rotate(x.quaternion, specific_force)
+    x.vertical = x.vertical + p.period / p.vertical_time * (force - x.vertical) if x.vertical_age > 0.0 else force
+    x.vertical_age += p.period
+
+
+@kernel
+def has_vertical(p, x):
+    """Whether the average is one of a rover that stands: long enough, and about as large as gravity."""
+    return x.vertical_age >= p.vertical_time and abs(norm(x.vertical) - p.gravity) < TRUSTED * p.gravity
+
+
+@kernel
+def tilt_residual(p, x):
+    """Distance of the accelerometer's vertical from the estimate's [rad, for small ones]; 0 where there is none."""
+    return norm(x.vertical / norm(x.vertical) - UP) if has_vertical(p, x) else 0.0
+
+
+@kernel
+def judged_right(p, x, measured):
+    """Vote on an isolated tracker's measurement; reopen the estimate when it has been right often enough."""
+    turn = measured * conjugate(x.quaternion)
+    growth, x.innovation_before = x.innovation - x.innovation_before, x.innovation
+    steady = largest(abs(growth - x.growth_before)) < STEADY_SPREAD * p.star_tracker_sigma and growth @ x.innovation > 0.0
+    x.growth_before = growth
+    about_vertical = abs(rotate(x.quaternion, x.innovation) @ UP)
+    across = norm(rotate(x.quaternion, x.innovation) - (rotate(x.quaternion, x.innovation) @ UP) * UP)
+    x.steady = x.steady + 1 if steady and about_vertical > 2.0 * across else 0
+    if has_vertical(p, x):
+        mine = x.vertical / norm(x.vertical)
+        theirs = rotate(turn, mine)
+        if norm(mine - theirs) >= p.referee_angle:
+            x.votes = x.votes + 1 if norm(theirs - UP) < norm(mine - UP) else 0
+    if x.votes < p.votes and x.steady < p.steady_limit:
+        return False
+    reopen(p, x, measured, turn)
+    return True
+
+
+@kernel
+def reopen(p, x, measured, turn):
+    """Begin again at a measured attitude, which is ``turn`` times the estimate's."""
+    if x.reopened > 0 and x.reopened_for < p.reopen_again and not x.gyro_lost:
+        isolate_gyro(x)
+    bias = x.bias
+    attitude_filter.start(p, x, measured)
+    x.bias = bias
+    x.bias_covariance = diagonal(same(p.reopened_bias_sigma * p.reopened_bias_sigma))
+    x.vertical = rotate(turn, x.vertical)
+    x.tracker_lost, x.tracker_streak, x.votes, x.steady = False, 0, 0, 0
+    x.reopened += 1
+    x.reopened_for = 0.0
