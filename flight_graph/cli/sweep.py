@@ -28,6 +28,8 @@ def sweep(
     duration: Annotated[float | None, typer.Option(help="Simulated seconds of each run.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the table (a new one, except with --resume).")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Continue the sweep in --out.")] = False,
+    figure: Annotated[Path | None, typer.Option(
+        help="Draw the table of faults and monitors into this PNG (of a scenario that has them).")] = None,
     trust: Trust = False,
     as_json: Json = False,
 ) -> None:
@@ -39,6 +41,7 @@ def sweep(
     from flight_graph.bags.errors import quoted
     from flight_graph.graphs import scenario as scenarios
     from flight_graph.sweeps import sweep as sweeps
+    from flight_graph.sweeps.fault_table import draw, fault_rows
     consent = asked(trust)
     given = overrides(scenario, settings, params, None, duration, consent)
     prepared = sweeps.Sweep(scenarios.load(scenario, given, consent=consent), given)
@@ -57,19 +60,43 @@ def sweep(
             raise FlightError(f"interrupted; {kept}; continue with --resume --out {quoted(folder)}") from None
     wall_s = time.perf_counter() - began
     failed = [row for row in rows if row.status != "ok"]
-    found = statistics(rows)
+    found, faults = statistics(rows), fault_rows(rows)
+    if figure is not None:
+        if not faults:
+            raise FlightError(f"--figure {figure}: {prepared.scenario.name} has no monitors, so there is no such table")
+        draw(faults, figure)
     if as_json:
         print(json.dumps({
             "scenario": prepared.scenario.name, "table": str(folder / sweeps.TABLE), "runs": len(rows),
             "ok": len(rows) - len(failed), "wall_s": wall_s, "metrics": found,
+            "faults": [row.plain() for row in faults],
             "failed": [{"case": row.case, "status": row.status, "sentence": row.sentence} for row in failed]}))
         return
     console.print(_table(prepared.scenario.name, found, len(rows), wall_s))
+    if faults:
+        console.print(_fault_table(faults))
     for row in failed[:SHOWN_FAILURES]:
         console.print(f"case {row.case} ({row.status}): {row.sentence}", markup=False)
     if failed:
         console.print(f"{len(failed)} of {len(rows)} runs did not end well; the table's column 'sentence' says why")
     print(folder / sweeps.TABLE)
+    if figure is not None:
+        print(figure)
+
+
+def _fault_table(rows):
+    from rich.table import Table
+    table = Table("fault", "runs", "active", "detected", "missed", "isolated", "wrong", "false alarm", "delay [s]",
+                  "first to act", "mode at the end", "stopped", title="faults and monitors", title_justify="left")
+    for row in rows:
+        plain = row.plain()
+        add(table, row.name, row.runs, row.active, row.detected, row.missed, row.isolated, row.wrong, row.false_alarms,
+            number(plain["median_delay_s"]), _counted(row.by), _counted(row.modes), row.stopped or "")
+    return table
+
+
+def _counted(counter) -> str:
+    return ", ".join(f"{name} {count}" for name, count in counter.most_common())
 
 
 def statistics(rows) -> dict:

@@ -138,9 +138,9 @@ class Flight:
         with np.errstate(all="ignore"):
             if codes is None:
                 components = {name: node.component for name, node in self._graph.nodes.items()}
-                self._tables = PlainTables(self._schedule, arrays, components)
+                self._tables = PlainTables(self._schedule, arrays, components, run.scenario.epoch_ns)
             else:
-                self._tables = driver.Tables(self._schedule, arrays, codes)
+                self._tables = driver.Tables(self._schedule, arrays, codes, run.scenario.epoch_ns)
                 self._control = self._tables.control(run.scenario.epoch_ns, self._graph.base_ns)
             self._start()
 

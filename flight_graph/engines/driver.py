@@ -217,12 +217,12 @@ class Tables:
     arrays: name -> array, by the names of the schedule. codes: node -> part -> its machine code.
     """
 
-    def __init__(self, schedule: Schedule, arrays: dict, codes: dict):
+    def __init__(self, schedule: Schedule, arrays: dict, codes: dict, epoch_ns: int = 0):
         self.arrays, self._codes = arrays, codes
         self._io = np.array([address(arrays[name]) for firing in schedule.firings for name in firing.records], _WORD)
         self.holds = np.array([(0, hold.period, address(arrays[hold.target]), address(arrays[hold.origin]),
                                 arrays[hold.target].nbytes) for hold in schedule.holds], HOLD)
-        self.faults = FaultTables(schedule, arrays)
+        self.faults = FaultTables(schedule, arrays, epoch_ns)
         made = [made for firing in schedule.firings for made in firing.publications]
         runs = [[(offset, count, size == 8) for offset, count, size in finite_runs(one.signal)]
                 for one in made]

@@ -30,10 +30,11 @@ def table(words: str, numbers: str = "") -> np.dtype:
     return np.dtype([(name, "<i8") for name in words.split()] + [(name, "<f8") for name in numbers.split()])
 
 
-EFFECT = table("op begin end every span when when_end key each ticks bit target width count stamp buffer memory",
+EFFECT = table("op begin end every span when when_end key each ticks bit target width count stamp buffer memory "
+               "acts cause again",
                "value ramp chance")  # times [ns]; addresses: when, target, stamp, buffer, memory
 MEMORY = table("active onset latched since counted head filled")
-STEP = table("op a b address kind", "constant value")  # of a condition; a, b: addresses of earlier steps
+STEP = table("op a b address kind epoch_ns", "constant value")  # of a condition; a, b: addresses of earlier steps
 CHANNEL = table("origin record length visible effects effects_end delivered")
 OWN = table("ends ends_end effects effects_end channels channels_end parameters nominal parameters_size state fresh "
             "state_size first is_down")  # of a firing; first: of the component's first part, in its second
@@ -41,15 +42,16 @@ EFFECT_SIZE, STEP_SIZE, CHANNEL_SIZE = EFFECT.itemsize, STEP.itemsize, CHANNEL.i
 DOUBLE, SINGLE, SIGNED, UNSIGNED, BYTE = range(5)  # kinds of a number that a condition reads
 
 FLAG, BIAS, SCALE, DRIFT, STUCK, HOLD, NOISE, QUANTISE, SATURATE, BIT_FLIP = range(10)
-DROP, DELAY, DUPLICATE, FREEZE, STALE, ON_CHANGE = range(10, 16)
-DOWN, RESTART = 16, 17
+ACT, REQUEST = 10, 11  # of monitors
+DROP, DELAY, DUPLICATE, FREEZE, STALE, ON_CHANGE = range(12, 18)
+DOWN, RESTART = 18, 19
 GOES_ON, IS_DOWN, BEGINS_ANEW = range(3)  # of a component
 _NANO = 1e-9  # [s]
 _WHOLE = 4503599627370496.0  # 2^52: every larger float64 is a whole number
 
 (_CONSTANT, _TIME, _READ, _ADD, _SUBTRACT, _MULTIPLY, _DIVIDE, _NEGATE, _ABS, _MIN, _MAX, _LESS, _LESS_EQUAL, _GREATER,
- _GREATER_EQUAL, _EQUAL, _UNEQUAL, _AND, _OR, _NOT) = range(20)
-assert _NOT == conditions.NOT
+ _GREATER_EQUAL, _EQUAL, _UNEQUAL, _AND, _OR, _NOT, _AGE) = range(21)
+assert _AGE == conditions.AGE
 
 
 @compiled
@@ -90,6 +92,16 @@ def _two(op, a, b):
 
 
 @compiled
+def _age(stamp_at, epoch_ns, t_ns):
+    """The age [s] of a message by its stamp (sec, nanosec); of one that never came, the time since the start."""
+    word = word_at(stamp_at)
+    if word == 0:
+        return t_ns * _NANO
+    sec, nanosec = word & 0xFFFFFFFF, word >> 32
+    return (epoch_ns + t_ns - (sec * 1000000000 + nanosec)) * _NANO
+
+
+@compiled
 def _holds(at, end, t_ns):
     """Whether a condition holds."""
     value = 0.0
@@ -102,6 +114,8 @@ def _holds(at, end, t_ns):
             value = t_ns * _NANO
         elif op == _READ:
             value = _number_at(step.address, step.kind)
+        elif op == _AGE:
+            value = _age(step.address, step.epoch_ns, t_ns)
         else:
             a = row(step.a, STEP).value
             if op == _NEGATE:
@@ -180,6 +194,33 @@ def _altered(effect, value, seconds, t_ns, index):
     if op == SATURATE:
         return size if value > size else -size if value < -size else value
     return value
+
+
+@compiled
+def _act(effect, t_ns):
+    """An actionpoint: count how often its condition has held in a row; the number is how often it has acted."""
+    memory = row(effect.memory, MEMORY)
+    if not _holds(effect.when, effect.when_end, t_ns):
+        memory.counted = 0
+    else:
+        memory.counted += 1
+        if memory.counted == effect.each and (memory.head == 0 or effect.again != 0):
+            memory.head += 1
+    set_double_at(effect.target, float(memory.head))
+
+
+@compiled
+def _request(effect):
+    """Ask for a mode when an actionpoint has acted: the numbers stay in the record that nobody else writes."""
+    memory = row(effect.memory, MEMORY)
+    acted = np.int64(double_at(effect.acts))
+    if acted > memory.head:
+        memory.head = acted
+        kept = effect.buffer
+        set_double_at(kept, effect.value)
+        set_double_at(kept + 8, double_at(kept + 8) + 1.0)
+        set_double_at(kept + 16, float(effect.cause))
+        copy(effect.target, kept, 24)
 
 
 @compiled
@@ -271,8 +312,12 @@ def deliver(channel_at, t_ns):
     at, count = channel.effects, 1
     while at < channel.effects_end:
         effect = row(at, EFFECT)
-        if effect.op < DROP:
+        if effect.op < ACT:
             _alter(effect, t_ns)
+        elif effect.op == ACT:
+            _act(effect, t_ns)
+        elif effect.op == REQUEST:
+            _request(effect)
         elif count > 0:
             count = _messages(effect, channel.record, channel.length, count, t_ns)
         at += EFFECT_SIZE

@@ -12,8 +12,11 @@ import numpy as np
 
 from flight_graph.engines import effects
 from flight_graph.faults import fault_types as types
+from flight_graph.faults.conditions import Condition
 from flight_graph.faults.fault_set import Fault, FaultSet
-from flight_graph.faults.report import REPORT, is_report
+from flight_graph.faults.report import MONITORS, REPORT
+from flight_graph.monitors.limit_checker import STATUS, request_port
+from flight_graph.monitors.monitor_set import Action, MonitorSet
 
 
 @dataclass(frozen=True)
@@ -24,7 +27,7 @@ class Effect:
     """
 
     name: str
-    fault: Fault
+    fault: Fault | None
     op: int
     array: str
     offset: int = 0
@@ -33,6 +36,11 @@ class Effect:
     stamp: int = 0
     kept: int = 0
     node: str = ""  # whose firings look at it
+    condition: Condition | None = None
+    action: Action | None = None  # of ACT and REQUEST
+    mode: int = 0  # of REQUEST: the number of the mode, the record that keeps it, and (array, offset) of the acts
+    written: str = ""
+    acts: tuple[str, int] = ("", 0)
 
 
 @dataclass(frozen=True)
@@ -83,10 +91,12 @@ class NodeFaults:
     node: object
     faults: list[Fault]
     irregular: bool
+    monitors: MonitorSet | None = None  # where the component is that of the monitors
 
     def _effect(self, fault: Fault, array: str, signal=None) -> Effect:
         place, op = fault.place, _op(fault)
-        common = {"name": f"{self.node.name}_{fault.id}", "fault": fault, "op": op, "array": array, "node": self.node.name}
+        common = {"name": f"{self.node.name}_{fault.id}", "fault": fault, "op": op, "array": array, "node": self.node.name,
+                  "condition": fault.condition}
         if place.field is not None:
             found = place.field
             return Effect(**common, offset=found.offset, dtype=found.dtype, count=found.count,
@@ -102,24 +112,48 @@ class NodeFaults:
         mine = [fault for fault in self.faults if fault.place.port == port
                 and fault.place.kind in (types.OUTPUT, types.OUTPUT_MESSAGE)]
         found = tuple(self._effect(fault, record, signal) for fault in mine)
-        if is_report(self.node.component):
+        if self.node.name == REPORT:
             found = self._report(record, signal)
+        elif self.monitors and port == STATUS:
+            found = (*self._status(record, signal), *found)
+        elif self.monitors:
+            found = (*self._requests(port, written, record, signal), *found)
         if not found and not self.irregular:
             return None
         return Channel(f"{self.node.name}_{port}", written, record, None, found)
 
     def _report(self, record, signal):
         flags = [Effect(f"{REPORT}_{fault.id}", fault, effects.FLAG, record, signal.dtype.fields[fault.id][1], count=1,
-                        node=self.node.name) for fault in self.faults]
+                        node=self.node.name, condition=fault.condition) for fault in self.faults]
         changed = Effect(f"{REPORT}_changed", self.faults[0], effects.ON_CHANGE, record, stamp=_stamp_offset(signal),
                          kept=signal.dtype.itemsize)
         return (*flags, changed)
+
+    def _status(self, record, signal):
+        """Watchpoints set their numbers, then actionpoints count."""
+        for watch in self.monitors.watches:
+            yield self._point(watch.entry.id, effects.FLAG, watch.condition, record, signal)
+        for action in self.monitors.actions:
+            yield self._point(action.entry.id, effects.ACT, action.condition, record, signal, action)
+
+    def _point(self, name, op, asked, record, signal, action=None):
+        return Effect(f"{MONITORS}_{name}", None, op, record, signal.dtype.fields[name][1], count=1, node=self.node.name,
+                      condition=asked, action=action)
+
+    def _requests(self, port, written, record, signal):
+        for action in self.monitors.actions:
+            for component, mode in action.requests:
+                if request_port(component) == port:
+                    status = self.node.component.outputs[STATUS].dtype.fields[action.entry.id][1]
+                    yield Effect(f"{MONITORS}_{port}_{action.entry.id}", None, effects.REQUEST, record,
+                                 signal.dtype.fields["mode"][1], node=self.node.name, action=action, mode=mode,
+                                 written=written, acts=(f"E_{self.node.name}_{STATUS}", status))
 
     def input(self, port: str, origin: str) -> Channel | None:
         """The way of an input through its faults; None where it has none."""
         mine = [fault for fault in self.faults if fault.place.port == port
                 and fault.place.kind in (types.INPUT, types.INPUT_MESSAGE)]
-        if not mine or is_report(self.node.component):
+        if not mine or self.node.name == REPORT:
             return None
         name, signal = f"{self.node.name}_{port}", self.node.component.inputs[port]
         return Channel(name, origin, f"S_{name}", f"F_{name}",
@@ -127,7 +161,7 @@ class NodeFaults:
 
     def own(self, part: str, parameters: str, state: str, inputs: tuple[Channel, ...]) -> Own | None:
         """What the firing of a part looks at; None where there is nothing."""
-        if is_report(self.node.component):
+        if self.node.name == REPORT:
             return None
         first = part in ("kernel", "output")
         ends = [self._effect(fault, "") for fault in self.faults if fault.place.kind == types.COMPONENT]
@@ -148,11 +182,11 @@ class NodeFaults:
 
 def of(faults: FaultSet | None, node) -> NodeFaults | None:
     """The faults of a component; None where it has none. Those of all belong to the report of them."""
-    mine = faults.of(node.name) if faults else []
-    if not mine:
+    if not faults or not faults.concerns(node.name):
         return None
-    silent = is_report(node.component) or any(fault.place.kind == types.COMPONENT for fault in mine)
-    return NodeFaults(node, mine, silent)
+    mine = faults.of(node.name)
+    silent = node.name == REPORT or any(fault.place.kind == types.COMPONENT for fault in mine)
+    return NodeFaults(node, mine, silent, faults.monitors if node.name == MONITORS else None)
 
 
 def watched(node: str, other: str, port: str) -> str:
@@ -189,8 +223,8 @@ def _remember(made, found):
         made[f"A_{effect.name}"] = np.zeros(1, effects.MEMORY)
         if effect.kept:
             made[f"B_{effect.name}"] = np.zeros(-(-effect.kept // 8), "<i8")
-        if effect.fault.condition and effect.op != effects.ON_CHANGE:
-            made[f"C_{effect.name}"] = np.zeros(len(effect.fault.condition.steps), effects.STEP)
+        if effect.condition:
+            made[f"C_{effect.name}"] = np.zeros(len(effect.condition.steps), effects.STEP)
 
 
 def _stamp_offset(signal) -> int:

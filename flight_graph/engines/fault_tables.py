@@ -6,7 +6,7 @@ from flight_graph.engines import effects
 from flight_graph.engines.addresses import address
 from flight_graph.engines.effects import CHANNEL, EFFECT, OWN, STEP
 from flight_graph.engines.fault_schedule import watched
-from flight_graph.faults import conditions
+from flight_graph.faults.fault_set import FOREVER
 
 _KINDS = {"<f8": effects.DOUBLE, "<f4": effects.SINGLE, "<i8": effects.SIGNED, "<u4": effects.UNSIGNED,
           "|u1": effects.BYTE, "|b1": effects.BYTE}
@@ -15,7 +15,8 @@ _KINDS = {"<f8": effects.DOUBLE, "<f4": effects.SINGLE, "<i8": effects.SIGNED, "
 class FaultTables:
     """All rows of a schedule's faults, over the arrays of one run; they live as long as this."""
 
-    def __init__(self, schedule, arrays: dict):
+    def __init__(self, schedule, arrays: dict, epoch_ns: int = 0):
+        self._epoch_ns = epoch_ns
         self._arrays, self._rows, self._owns, self._channels = arrays, [], {}, {}
         for firing in schedule.firings:
             for made in firing.publications:
@@ -70,22 +71,26 @@ class FaultTables:
         return row
 
     def _effect_row(self, effect):
-        fault, entry, row = effect.fault, effect.fault.entry, np.zeros(1, EFFECT)
-        memory, buffer = self._arrays[f"A_{effect.name}"], self._arrays.get(f"B_{effect.name}")
-        window = fault.window
-        values = {"op": effect.op, "begin": window.begin, "end": window.end, "every": window.every, "span": window.span,
-                  "key": fault.key, "each": entry.every or 0, "ticks": entry.ticks or 0, "bit": entry.bit or 0,
-                  "width": effect.dtype.itemsize, "count": effect.count, "memory": address(memory),
-                  "buffer": address(buffer) if buffer is not None else 0, "ramp": entry.ramp_s or 0.0,
-                  "value": 0.0 if entry.value is None else entry.value,
-                  "chance": 1.0 if entry.probability is None else entry.probability}
-        if effect.op == effects.FLAG:
-            values |= {"value": 1.0, "ramp": 0.0, "each": 0, "chance": 1.0}
+        row, buffer = np.zeros(1, EFFECT), self._arrays.get(f"B_{effect.name}")
+        values = {"op": effect.op, "end": FOREVER, "chance": 1.0, "width": effect.dtype.itemsize, "count": effect.count,
+                  "memory": address(self._arrays[f"A_{effect.name}"]),
+                  "buffer": address(buffer) if buffer is not None else 0}
         if effect.array:
             record = address(self._arrays[effect.array])
             values |= {"target": record + effect.offset, "stamp": record + effect.stamp}
-        if fault.condition and effect.op != effects.ON_CHANGE:
+        if effect.condition:
             values["when"], values["when_end"] = self._condition(effect)
+        if effect.op == effects.FLAG:
+            values["value"] = 1.0
+        if effect.fault is not None:
+            values |= _of_fault(effect.fault, effect.op)
+        if effect.action is not None:
+            values |= {"each": effect.action.entry.in_a_row, "again": effect.action.entry.act == "each",
+                       "cause": effect.action.number, "value": float(effect.mode)}
+        if effect.op == effects.REQUEST:
+            array, offset = effect.acts
+            values |= {"acts": address(self._arrays[array]) + offset,
+                       "buffer": address(self._arrays[effect.written]) + effect.offset}
         for name, value in values.items():
             row[name] = value
         return row[0].item()
@@ -93,9 +98,22 @@ class FaultTables:
     def _condition(self, effect):
         steps = self._arrays[f"C_{effect.name}"]
         at, size = address(steps), STEP.itemsize
-        for row, step in zip(steps, effect.fault.condition.steps):
+        for row, step in zip(steps, effect.condition.steps):
             row["op"], row["a"], row["b"], row["constant"] = step.op, at + size * step.a, at + size * step.b, step.constant
-            if step.op == conditions.READ:
-                row["address"] = address(self._arrays[watched(effect.node, *step.signal)]) + step.field.offset
-                row["kind"] = _KINDS[step.field.dtype.str]
+            row["epoch_ns"] = self._epoch_ns
+            if step.field is not None:
+                array = effect.array if step.signal is None else watched(effect.node, *step.signal)
+                row["address"] = address(self._arrays[array]) + step.field.offset
+                row["kind"] = _KINDS.get(step.field.dtype.str, 0)
         return at, at + steps.nbytes
+
+
+def _of_fault(fault, op) -> dict:
+    """What of an effect's row its fault decides; a flag of the report leaves size, chance and count out."""
+    entry, window = fault.entry, fault.window
+    values = {"begin": window.begin, "end": window.end, "every": window.every, "span": window.span, "key": fault.key}
+    if op in (effects.FLAG, effects.ON_CHANGE):
+        return values
+    return values | {"each": entry.every or 0, "ticks": entry.ticks or 0, "bit": entry.bit or 0, "ramp": entry.ramp_s or 0.0,
+                     "value": 0.0 if entry.value is None else entry.value,
+                     "chance": 1.0 if entry.probability is None else entry.probability}

@@ -20,7 +20,7 @@ from flight_graph.components.kernel_rules import reached
 from flight_graph.engines import cache as store
 from flight_graph.engines import machine
 from flight_graph.engines.part_calls import parts, records
-from flight_graph.faults.report import is_report
+from flight_graph.faults.report import does_nothing
 from flight_math.kernel import fingerprint
 
 ABI = 1  # of the C functions
@@ -40,7 +40,7 @@ def key(component: type[Component], part: str, check_bounds: bool = False) -> st
 
     With checked bounds it names lines, so it depends on where the kernels stand, too.
     """
-    if is_report(component):
+    if does_nothing(component):
         return digest("a part that does nothing")  # whatever its records are
     places = [f"{source.path}:{source.tree.lineno}" for source in reached(component)] if check_bounds else []
     return digest(f"part {part}", fingerprint(getattr(component, part)), *map(repr, records(component, part)),

@@ -91,10 +91,10 @@ class PlainOutput:
 class PlainTables:
     """A schedule over the arrays of one run. components: node -> component."""
 
-    def __init__(self, schedule: Schedule, arrays: dict, components: dict):
+    def __init__(self, schedule: Schedule, arrays: dict, components: dict, epoch_ns: int = 0):
         self._components = components
         self._holds = [(hold.period, arrays[hold.target], arrays[hold.origin]) for hold in schedule.holds]
-        self.faults = FaultTables(schedule, arrays)
+        self.faults = FaultTables(schedule, arrays, epoch_ns)
         self.firings = [PlainFiring(components[firing.node], arrays, firing, self.faults) for firing in schedule.firings]
 
     def start(self, node: str, parameters: np.ndarray, state: np.ndarray) -> None:

@@ -36,10 +36,10 @@ class SingleComponent:
         self._records = Records(self._arrays[f"P_{name}"], state, dict(outputs))
         self._codes = None
         if numba.config.DISABLE_JIT:
-            self._tables = PlainTables(schedule, self._arrays, {name: component})
+            self._tables = PlainTables(schedule, self._arrays, {name: component}, epoch_ns)
         else:
             self._codes = compilation.load({use: component}, check_bounds)[use]
-            self._tables = driver.Tables(schedule, self._arrays, {name: self._codes})
+            self._tables = driver.Tables(schedule, self._arrays, {name: self._codes}, epoch_ns)
             self._fire, self._row = driver.function("fire"), address(self._tables.firings)
             self._slower = [(number, output_periods[port]) for number, port in enumerate(self._published())
                             if port in component.output_rate_hz]

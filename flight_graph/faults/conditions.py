@@ -2,8 +2,8 @@
 
 A step computes one float64 from earlier ones, so that a run in machine code and one in plain Python take the same road.
 Allowed are numbers, fields of outputs (``component.output.field[i]``; ``output.field[i]`` where one component alone has
-such an output), ``t`` [s], + - * /, comparisons, and, or, not, abs, min and max. A signal is read as it was before the
-tick: the newest message stamped before it.
+such an output), ``t`` [s], ``age(component.output)`` [s] of its newest message, + - * /, comparisons, and, or, not, abs, min
+and max. A signal is read as it was before the tick: the newest message stamped before it.
 """
 
 import ast
@@ -17,17 +17,21 @@ from flight_graph.syntax import parse
 from flight_graph.text_files import short
 
 CONSTANT, TIME, READ, ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE, ABS, MIN, MAX = range(11)
-LESS, LESS_EQUAL, GREATER, GREATER_EQUAL, EQUAL, UNEQUAL, AND, OR, NOT = range(11, 20)
+LESS, LESS_EQUAL, GREATER, GREATER_EQUAL, EQUAL, UNEQUAL, AND, OR, NOT, AGE = range(11, 21)
 _BINARY = {ast.Add: ADD, ast.Sub: SUBTRACT, ast.Mult: MULTIPLY, ast.Div: DIVIDE}
 _COMPARE = {ast.Lt: LESS, ast.LtE: LESS_EQUAL, ast.Gt: GREATER, ast.GtE: GREATER_EQUAL, ast.Eq: EQUAL, ast.NotEq: UNEQUAL}
 _FUNCTIONS = {"abs": (ABS, 1), "min": (MIN, 2), "max": (MAX, 2)}
-_ALLOWED = "numbers, component.output.field[i], t, + - * /, comparisons, and, or, not, abs, min, max"
+_ALLOWED = ("numbers, component.output.field[i], t, age(component.output), + - * /, comparisons, and, or, not, abs, min, "
+            "max")
 MOST_STEPS = 200
 
 
 @dataclass(frozen=True)
 class Step:
-    """One elementary step. a, b: numbers of earlier steps; constant: of CONSTANT; signal, field: of READ."""
+    """One elementary step. a, b: numbers of earlier steps; constant: of CONSTANT; signal, field: of READ and AGE.
+
+    signal: (node, port); None for a number of the record that the condition decides about.
+    """
 
     op: int
     a: int = 0
@@ -49,20 +53,23 @@ class Condition:
         return list(dict.fromkeys(step.signal for step in self.steps if step.signal))
 
 
-def condition(text: str, nodes: dict, where: str) -> Condition:
-    """A condition over the outputs of a graph. nodes: name -> node. Raises FlightError."""
+def condition(text: str, nodes: dict, where: str, own: dict[str, places.Field] | None = None) -> Condition:
+    """A condition over the outputs of a graph. nodes: name -> node; own: numbers of the record that it decides about, by name.
+
+    Raises FlightError.
+    """
     try:
         tree = parse(text.strip(), mode="eval")
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         raise FlightError(f"{where}: '{short(text)}' is no expression; allowed: {_ALLOWED}") from None
-    maker = _Maker(nodes, where, text)
+    maker = _Maker(nodes, where, text, own or {})
     maker.add(tree.body)
     return Condition(text, tuple(maker.steps))
 
 
 class _Maker:
-    def __init__(self, nodes, where, text):
-        self._nodes, self._where, self._text, self.steps = nodes, where, text, []
+    def __init__(self, nodes, where, text, own):
+        self._nodes, self._where, self._text, self._own, self.steps = nodes, where, text, own, []
 
     def _step(self, *arguments, **options) -> int:
         if len(self.steps) >= MOST_STEPS:
@@ -77,6 +84,12 @@ class _Maker:
                 return self._constant(node.value)
             case ast.Name(id="t"):
                 return self._step(TIME)
+            case ast.Name() if self._own:
+                if node.id not in self._own:
+                    raise unknown("watchpoint", node.id, self._own, self._where)
+                return self._step(READ, field=self._own[node.id])
+            case ast.Call(func=ast.Name(id="age"), args=[ast.Attribute() as message], keywords=[]):
+                return self._age(ast.unparse(message))
             case ast.BinOp() if type(node.op) in _BINARY:
                 return self._two(_BINARY[type(node.op)], node.left, node.right)
             case ast.UnaryOp(op=ast.USub()):
@@ -128,6 +141,13 @@ class _Maker:
         if field.count != 1 or field.dtype.kind not in "fiu":
             raise FlightError(f"{where}: {path} has {field.count} numbers; name one: {path}[0]")
         return self._step(READ, signal=(node, port), field=field)
+
+    def _age(self, text):
+        node, port, path = self._signal(text)
+        if path:
+            raise FlightError(f"{self._where}: age is of messages; write age({node}.{port})")
+        signal = self._nodes[node].component.outputs[port]
+        return self._step(AGE, signal=(node, port), field=places.entry(signal.dtype, f"{signal.stamp_path}.sec", self._where))
 
     def _signal(self, text):
         first, _, rest = text.partition(".")

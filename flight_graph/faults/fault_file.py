@@ -50,6 +50,8 @@ class FaultEntry(BaseModel):
                                                   "from each onset of `when`")
     at_s: _Seconds | None = Field(None, description="one firing: the first at or after this time [s]")
     every_s: _Span | None = Field(None, description="again and again, with this period [s]")
+    unit: str | None = Field(None, pattern=r"^[A-Za-z][A-Za-z0-9_]{0,59}$", description=(
+        "the unit that fails, as actionpoints blame it; the component of the place when left out"))
     when: str | None = Field(None, max_length=1000, description=(
         "only while this holds: an expression over recorded signals, as `plant.truth.rates[0] > 0.1`"))
 
@@ -95,6 +97,12 @@ def override(data, path: str, value, where: str) -> list[dict]:
     return entries
 
 
+def value(data: list[dict], path: str):
+    """The value of ``ID.key`` in a block; None where it is left out."""
+    name, _, key = path.partition(".")
+    return next((one.get(key) for one in data or [] if one.get("id") == name), None)
+
+
 def _entry(data, place, where) -> FaultEntry:
     name = data.get("id")
     label = f"{where}.{name}" if isinstance(name, str) and _IDENTIFIER.fullmatch(name) else place
@@ -122,7 +130,7 @@ def _sentence(error, data):
 
 def _check_keys(entry, label):
     kind = TYPES[entry.type]
-    allowed = {"id", "at", "type", *kind.needs, *kind.takes}
+    allowed = {"id", "at", "type", "unit", *kind.needs, *kind.takes}
     for key in entry.given:
         if key not in allowed:
             raise FlightError(f"{label}.{key}: a {entry.type} has no such key; it takes {', '.join(_ordered(allowed))}")
@@ -155,7 +163,7 @@ def _check_window(entry, label):
     if entry.every_s is not None and entry.when is not None:
         raise FlightError(f"{label}: every_s and when both say when it begins; give one of them")
     is_event = TYPES[entry.type].is_event
-    if is_event and all(getattr(entry, key) is None for key in ("at_s", "every_s", "probability", "when")):
+    if is_event and all(getattr(entry, key) is None for key in ("at_s", "from_s", "every_s", "probability", "when")):
         raise FlightError(f"{label}: a {entry.type} happens at instants; say which: at_s, every_s, probability or when")
     if is_event and entry.for_s is not None and entry.probability is None:
         raise FlightError(f"{label}.for_s: a {entry.type} happens at instants and does not last")

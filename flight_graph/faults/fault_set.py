@@ -13,7 +13,7 @@ from flight_graph.faults.conditions import Condition, condition
 from flight_graph.faults.fault_file import FaultEntry
 from flight_graph.faults.fault_types import TYPES, FaultType
 from flight_graph.faults.places import Place, place
-from flight_graph.faults.report import REPORT
+from flight_graph.faults.report import MONITORS, REPORT
 from flight_graph.timebase import SECOND
 from flight_math.noise import stream_key
 from msg_schemas.qos import Role
@@ -52,28 +52,43 @@ class Fault:
     def type(self) -> FaultType:
         return TYPES[self.entry.type]
 
+    @property
+    def unit(self) -> str:
+        """The unit that fails."""
+        return self.entry.unit or self.place.node
+
 
 class FaultSet:
     """All faults of a graph. Raises FlightError, which begins with ``where`` and the fault's id.
 
-    nodes: name -> node, as in a graph; seed: of the scenario.
+    nodes: name -> node, as in a graph; seed: of the scenario. monitors: a `MonitorSet`, which stands in the schedule in the
+    same way: it watches signals, and sets parameters as faults do. epoch_ns: stamp of t = 0.
     """
 
-    def __init__(self, entries: list[FaultEntry], nodes: dict, seed: int, where: str):
-        self.nodes, self.entries = nodes, entries
+    def __init__(self, entries: list[FaultEntry], nodes: dict, seed: int, where: str, monitors=None, epoch_ns: int = 0):
+        self.nodes, self.entries, self.monitors, self.epoch_ns = nodes, entries, monitors, epoch_ns
         self.faults = [_fault(entry, nodes, seed, f"{where}.{entry.id}") for entry in entries]
         _refuse_contradictions(self.faults, where)
 
     def __bool__(self):
-        return bool(self.faults)
+        return bool(self.faults or self.monitors)
 
     def of(self, node: str) -> list[Fault]:
-        """The faults that belong to a component's firings, in the order of the file; all to the report of them."""
-        return self.faults if node == REPORT else [fault for fault in self.faults if fault.place.node == node]
+        """What belongs to a component's firings: commands of monitors, faults in the order of the file; to the report, all."""
+        if node == REPORT:
+            return self.faults
+        commands = self.monitors.commands.get(node, []) if self.monitors else []
+        return [*commands, *(fault for fault in self.faults if fault.place.node == node)]
 
     def watched(self, node: str) -> list[tuple[str, str]]:
-        """The (node, port) that the conditions of a component's faults read."""
+        """The (node, port) that are read where a component fires: by conditions of its faults, by watchpoints."""
+        if self.monitors and node == MONITORS:
+            return list(dict.fromkeys([*self.monitors.signals, *watched(self.of(node))]))
         return watched(self.of(node))
+
+    def concerns(self, node: str) -> bool:
+        """Whether a component's firings look at anything here."""
+        return bool(self.of(node)) or (self.monitors is not None and node == MONITORS)
 
     def is_irregular(self, node: str, port: str) -> bool:
         """Whether messages of an output may be missing, late or double."""
@@ -154,7 +169,7 @@ def _window(entry, period) -> Window:
     end = FOREVER if entry.until_s is None else ns(entry.until_s)
     every = 0 if entry.every_s is None else ns(entry.every_s)
     span = 0 if entry.for_s is None else ns(entry.for_s)
-    if TYPES[entry.type].is_event and not span and (every or entry.when):
+    if TYPES[entry.type].is_event and not span and entry.probability is None:
         span = period
     if every and not span:
         span = period

@@ -13,12 +13,13 @@ from msg_schemas.qos import Role
 from msg_schemas.signal import Quantity, named_vector
 
 REPORT = "faults"  # name of the node and of its topic
+MONITORS = "monitors"  # name of the other node whose records the schedule fills, see `flight_graph.monitors`
 _FASTEST_HZ = 1000.0
 
 
 @kernel
-def nothing(t_ns, p, x, faults):
-    """Faults fill the record."""
+def nothing(t_ns, p, x, outputs):
+    """The schedule fills the records."""
 
 
 def __getattr__(name: str) -> type[Component]:
@@ -49,8 +50,8 @@ def fault_report(identifiers: tuple[str, ...]) -> type[Component]:
     return FaultReport
 
 
-def is_report(component: type[Component]) -> bool:
-    """Whether a component is such a report."""
+def does_nothing(component: type[Component]) -> bool:
+    """Whether a component's records are filled by the schedule."""
     return component.kernel is nothing
 
 

@@ -7,24 +7,26 @@ from pathlib import Path
 
 from flight_graph.components import functions
 from flight_graph.errors import FlightError
+from flight_graph.graphs import fault_scores
 from flight_graph.graphs.scenario import Scenario
 
 
 def compute(scenario: Scenario, signals) -> dict:
-    """Return the metrics of a run by name, in plain types; {} when the scenario names no function.
+    """Return the metrics of a run by name, in plain types: those of the scenario's function, if it names one, and the scores
+    of its faults and monitors (`flight_graph.graphs.fault_scores`).
 
     signals: a mapping topic -> structured array (a Recording, or a bag's signals).
     """
-    function = of(scenario)
+    function, scored = of(scenario), fault_scores.scores(scenario, signals)
     if function is None:
-        return {}
+        return scored
     with told(f"{scenario.origin}: metrics: '{scenario.file.metrics}'"):
         found = function(scenario, signals)
     if not isinstance(found, dict):
         raise FlightError(f"{scenario.origin}: metrics: '{scenario.file.metrics}' gives {type(found).__name__}; needed is "
                           "a dictionary: name -> number")
-    return {str(name): _plain(value, f"{scenario.origin}: metrics: '{scenario.file.metrics}' gives {name}")
-            for name, value in found.items()}
+    return scored | {str(name): _plain(value, f"{scenario.origin}: metrics: '{scenario.file.metrics}' gives {name}")
+                     for name, value in found.items()}
 
 
 @contextmanager

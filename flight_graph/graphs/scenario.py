@@ -34,13 +34,15 @@ from flight_graph.graphs.graph import Edge, Graph, Node
 from flight_graph.graphs.named_code import foreign_code
 from flight_graph.graphs.scenario_file import EdgeEntry, ScenarioFile
 from flight_graph.graphs.vary import Vary
+from flight_graph.monitors import monitor_file
+from flight_graph.monitors.monitor_set import MonitorSet, component_of
 from flight_graph.text_files import short
 from flight_graph.timebase import SECOND, duration_ns, period_ns
 from flight_math.noise import stream_key
 
 _NODE = re.compile("[A-Za-z][A-Za-z0-9_]{0,99}")
 _PORT = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,99}\.[A-Za-z_][A-Za-z0-9_]{0,99}")
-_TAKEN = ("recorder", "replayer", report.REPORT)
+_TAKEN = ("recorder", "replayer", report.REPORT, report.MONITORS)
 
 
 class Scenario:
@@ -64,10 +66,8 @@ class Scenario:
         if self.file.base_rate_hz is not None:
             base = period_ns(self.file.base_rate_hz, f"{origin}: base_rate_hz")
         entries = fault_file.read(self.file.faults or [], f"{origin}: faults")
-        if entries:
-            identifiers = [entry.id for entry in entries]
-            nodes.append(Node(report.REPORT, report.use(identifiers), report.fault_report(tuple(identifiers)), {},
-                              report.report_rate_hz(nodes)))
+        watching = monitor_file.read(self.file.monitors, f"{origin}: monitors") if self.file.monitors is not None else None
+        nodes += self._added(nodes, entries, watching)
         try:
             self.graph = Graph(nodes, self._connections(), base)
             for node in nodes:
@@ -75,7 +75,8 @@ class Scenario:
                     node.output_period_ns(port)
         except FlightError as error:
             raise FlightError(f"{origin}: {error}") from None
-        self.faults = FaultSet(entries, self.graph.nodes, self.seed, f"{origin}: faults")
+        monitors = MonitorSet(watching, self.graph.nodes, f"{origin}: monitors") if watching else None
+        self.faults = FaultSet(entries, self.graph.nodes, self.seed, f"{origin}: faults", monitors, self.epoch_ns)
         self._check_recorded_topics()
         self.vary = None
         if self.file.vary is not None:
@@ -135,6 +136,20 @@ class Scenario:
             for name in ready:
                 made[name] = self._node(name, waiting.pop(name), known)
         return [made[name] for name in self.file.components]
+
+    def _added(self, nodes, entries, watching):
+        """The components that follow from the blocks ``monitors`` and ``faults``."""
+        added = []
+        if watching:
+            where = f"{self.origin}: monitors"
+            name, component = component_of(watching, {node.name: node for node in nodes}, where)
+            period_ns(watching.rate_hz, f"{where}.rate_hz")
+            added.append(Node(report.MONITORS, name, component, {}, watching.rate_hz))
+        if entries:
+            identifiers = [entry.id for entry in entries]
+            added.append(Node(report.REPORT, report.use(identifiers), report.fault_report(tuple(identifiers)), {},
+                              report.report_rate_hz(nodes)))
+        return added
 
     def _read_by(self, name, entry):
         """Names of the components whose parameters an entry reads."""

@@ -71,6 +71,8 @@ class ScenarioFile(_Strict):
     record: RecordEntry = Field(default_factory=RecordEntry, description="what the bag holds")
     faults: list[dict[str, Any]] | None = Field(None, description=(
         "what breaks, where and when; see faults.md"))
+    monitors: dict[str, Any] | None = Field(None, description=(
+        "limits that flight software watches, and what it does when they are passed; see faults.md"))
     metrics: str | None = Field(None, description="`module:function` or `file.py:function` of the run's numbers")
     figure: str | None = Field(None, description="`module:function` or `file.py:function` that draws the run")
     paper: str | None = Field(None, description="folder in `papers/` whose claims the bag carries")

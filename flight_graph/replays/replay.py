@@ -15,7 +15,7 @@ from flight_graph.engines.memory import refuse_too_long
 from flight_graph.engines.single import SingleComponent
 from flight_graph.errors import FlightError, unknown
 from flight_graph.graphs import scenario as scenarios
-from flight_graph.graphs.graph import Node
+from flight_graph.graphs.graph import Edge, Node
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.comparison import TOLERANCE, Comparison, compare, recorded_until, write_topics
 from flight_graph.recordings.recorded_run import RecordedRun, open_recorded, shortened
@@ -37,10 +37,11 @@ class RecordedInput:
     stamps_ns: np.ndarray
     records: np.ndarray
     end_ns: int
+    source: tuple[str, str] = ("", "")  # node and port of the output
 
     def index(self, t_ns: int) -> int:
         """Number of the message that belongs to a firing at t; -1: none yet."""
-        return (t_ns - self.delay) // self.period_ns
+        return int(np.searchsorted(self.stamps_ns, t_ns - self.delay, "right")) - 1
 
 
 @dataclass
@@ -115,27 +116,32 @@ def _with_settings(run: RecordedRun, component: str, settings: dict) -> Scenario
 def recorded_inputs(run: RecordedRun, node: Node) -> dict[str, RecordedInput]:
     """port -> its recorded messages. Raises FlightError where the bag does not hold all of them."""
     plan, graph = run.scenario.recorded(), run.scenario.graph
-    absent = [f"{port} (/{graph.signal(edge.node, edge.port).topic})" for port, edge in node.inputs.items()
+    edges = node.inputs | {watched_port(*signal): Edge(*signal, 1) for signal in run.scenario.faults.watched(node.name)}
+    absent = [f"{port} (/{graph.signal(edge.node, edge.port).topic})" for port, edge in edges.items()
               if (edge.node, edge.port) not in plan]
     if absent:
         raise FlightError(f"{node.name} cannot be replayed: its inputs {', '.join(absent)} were not recorded "
                           "(record.topics of the scenario)")
     thinned = [f"/{graph.signal(edge.node, edge.port).topic}: every {plan[edge.node, edge.port]}th message"
-               for edge in node.inputs.values() if plan[edge.node, edge.port] > 1]
+               for edge in edges.values() if plan[edge.node, edge.port] > 1]
     if thinned:
         raise FlightError(f"{node.name} cannot be replayed: the bag was thinned (record.max_rate_hz "
                           f"{run.scenario.file.record.max_rate_hz:g}; {', '.join(thinned)}), and a replay needs every "
                           "input that the component had")
     signals, found = run.signals, {}
-    for port, edge in node.inputs.items():
+    for port, edge in edges.items():
         topic = graph.signal(edge.node, edge.port).topic
         period = graph.nodes[edge.node].output_period_ns(edge.port)
         stamps = run.bag.stamps_ns("/" + topic) - run.scenario.epoch_ns
         whole = len(stamps)
-        wrong = np.flatnonzero(stamps != np.arange(whole) * period)
-        whole = int(wrong[0]) if len(wrong) else whole
+        if run.scenario.faults.is_irregular(edge.node, edge.port):  # what is missing was kept back by a fault
+            end = run.scenario.duration_ns if run.complete else run.recorded_until_ns
+        else:
+            wrong = np.flatnonzero(stamps != np.arange(whole) * period)
+            whole = int(wrong[0]) if len(wrong) else whole
+            end = whole * period
         found[port] = RecordedInput(port, topic, period, edge.delay, stamps[:whole], signals[topic][:whole],
-                                    whole * period + edge.delay)
+                                    end + edge.delay, (edge.node, edge.port))
     return found
 
 
@@ -156,11 +162,14 @@ def _in_process(scenario, node, inputs, answers, end_ns, folder, progress, check
     """Fire the component by itself at every period; return (bag of answers, firings, sentence of a stop)."""
     machine, given, made = _machine(scenario, node, check_bounds)
     ports = {topic.port: topic for topic in reversed(answers)}
-    refuse_too_long(sum(-(-end_ns // topic.period_ns) * topic.signal.dtype.itemsize for topic in ports.values()),
+    rows = {port: 2 * -(-end_ns // topic.period_ns) if scenario.faults.is_irregular(node.name, port)
+            else -(-end_ns // topic.period_ns) for port, topic in ports.items()}
+    refuse_too_long(sum(rows[port] * topic.signal.dtype.itemsize for port, topic in ports.items()),
                     f"a replay of {end_ns / SECOND:g} s")
-    logs = {port: topic.signal.zeros(-(-end_ns // topic.period_ns)) for port, topic in ports.items()}
+    logs = {port: topic.signal.zeros(rows[port]) for port, topic in ports.items()}
+    times = {port: [] for port in ports}
     sources = [(entry, _bytes(entry.records), _bytes(given[port])[0]) for port, entry in inputs.items()]
-    written = [(topic.period_ns, _bytes(logs[port]), _bytes(made[port])[0]) for port, topic in ports.items()]
+    written = [(port, topic.period_ns, _bytes(logs[port]), _bytes(made[port])[0]) for port, topic in ports.items()]
     shown = max(1, end_ns // node.period_ns // 100)
     stopped, firings, t_ns = "", 0, 0
     while t_ns < end_ns:
@@ -171,21 +180,28 @@ def _in_process(scenario, node, inputs, answers, end_ns, folder, progress, check
         stopped = _fire(machine, t_ns)
         if stopped:
             break
-        for period_ns, rows, record in written:
+        for port, period_ns, rows, record in written:
             if t_ns % period_ns == 0:
-                rows[t_ns // period_ns] = record
+                for _ in range(machine.delivered(port)):
+                    rows[len(times[port])] = record
+                    times[port].append(t_ns)
         firings += 1
         t_ns += node.period_ns
         if progress and firings % shown == 0:
             progress(t_ns / SECOND)
-    stamps = [np.arange(-(-t_ns // topic.period_ns)) * topic.period_ns for topic in answers]
-    written = [payloads(topic, logs[topic.port][:len(times)]) for topic, times in zip(answers, stamps)]
-    return write_topics(folder, answers, [times + scenario.epoch_ns for times in stamps], written), firings, stopped
+    stamps = [np.array(times[topic.port], np.int64) for topic in answers]
+    written = [payloads(topic, logs[topic.port][:len(one)]) for topic, one in zip(answers, stamps)]
+    return write_topics(folder, answers, [one + scenario.epoch_ns for one in stamps], written), firings, stopped
 
 
 def _bytes(records: np.ndarray) -> np.ndarray:
     """The (n, size) bytes of records."""
     return np.ascontiguousarray(records).view("u1").reshape(len(records), -1)
+
+
+def watched_port(node: str, port: str) -> str:
+    """What stands for a signal that conditions of faults read, among the inputs of a component."""
+    return f"when {node}.{port}"
 
 
 def _machine(scenario: Scenario, node: Node, check_bounds: bool):
@@ -195,10 +211,11 @@ def _machine(scenario: Scenario, node: Node, check_bounds: bool):
     parameters["period"] = node.period_ns / SECOND
     inputs = {port: signal.new()[1] for port, signal in component.inputs.items()}
     outputs = {port: signal.new()[1] for port, signal in component.outputs.items()}
+    watched = {signal: scenario.graph.signal(*signal).new()[1] for signal in scenario.faults.watched(node.name)}
     periods = {port: node.output_period_ns(port) for port in outputs}
     machine = SingleComponent(node.name, node.use, component, parameters, component.initial_state(node.values), inputs,
-                              outputs, periods, scenario.epoch_ns, check_bounds)
-    return machine, inputs, outputs
+                              outputs, periods, scenario.epoch_ns, check_bounds, scenario.faults, watched)
+    return machine, inputs | {watched_port(*signal): record for signal, record in watched.items()}, outputs
 
 
 def _fire(machine, t_ns) -> str:

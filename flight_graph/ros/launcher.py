@@ -65,7 +65,7 @@ def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: flo
             settings[f"inputs.{port}.period_ns"] = source.output_period_ns(edge.port)
             settings[f"inputs.{port}.delay"] = edge.delay
             settings[f"inputs.{port}.slotted"] = faults.is_irregular(edge.node, edge.port)
-        if faults.of(name):
+        if faults.concerns(name):
             settings["scenario"] = origin or scenario.name
         for port in node.component.outputs:
             readers = {consumer.name + "." + target for consumer, target, _ in graph.consumers(name, port)}

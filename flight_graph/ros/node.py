@@ -43,7 +43,11 @@ class ComponentNode(LifecycleNode):
         self.parameters = ComponentParameters(self, component)
         self.parameters.record["period"] = self.settings.period_ns / SECOND
         group = LoopOnly()
-        self.faults = read_scenario(self.settings.scenario).faults if self.settings.scenario else None
+        self.faults = None
+        if self.settings.scenario:
+            scenario = read_scenario(self.settings.scenario)
+            self.faults, self.component = scenario.faults, scenario.graph.nodes[self.get_name()].component
+            component = self.component
         try:
             self._make_ports(component, group)
         except (RuntimeError, ParameterException) as error:  # of parameters qos_overrides

@@ -44,6 +44,10 @@ class Stream:
     def done(self) -> bool:
         return self.next_ns >= self.end_ns
 
+    def publishers(self) -> int:
+        """How many sources there are, of its slots too where it has any."""
+        return self.subscription.publishers() if self._slots is None else self._slots.publishers()
+
     def drain(self) -> int:
         """Take all that has arrived; return how many messages. One that is not of this signal is refused and counted."""
         count, now = 0, time.monotonic()
@@ -208,7 +212,7 @@ def _wait_for_publishers(node, recorder, settings, progress):
     deadline = time.monotonic() + settings.timeout_s
     while True:
         missing = [f"{stream.subscription.topic} by the node {stream.topic.node}" for stream in recorder.streams
-                   if stream.subscription.publishers() < 1]
+                   if stream.publishers() < 1]
         late = f"a publisher of {', '.join(missing)}" if missing else progress.unmatched()
         if late is None or node.should_end():
             return

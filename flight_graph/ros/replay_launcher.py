@@ -1,5 +1,6 @@
 """Starts one component as the ROS node it is in the graph, and the replayer as everything else."""
 
+import json
 import tempfile
 from pathlib import Path
 
@@ -23,7 +24,9 @@ def run(bag_path, scenario: Scenario, component: str, answers: list, folder: Pat
     """
     launcher.refuse(scenario)
     timeout_s = patience_s()
-    values = launcher.node_parameters(scenario, "lockstep", 1.0, timeout_s, check_bounds)[component]
+    resolved = folder / "scenario.json"
+    resolved.write_text(json.dumps(scenario.resolved()), encoding="utf-8", newline="\n")
+    values = launcher.node_parameters(scenario, "lockstep", 1.0, timeout_s, check_bounds, str(resolved))[component]
     plain = {topic.port for topic in answers if topic.formatted is None}
     node = scenario.graph.nodes[component]
     values |= {"graph.clock_master": False, "graph.wait_for": [""],

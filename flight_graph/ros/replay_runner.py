@@ -1,9 +1,10 @@
 """The node ``replayer``: clock master of a replay. It publishes the recorded inputs and collects the answers."""
 
+import heapq
 import signal
-import struct
 import threading
 import time
+from collections import Counter
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -18,10 +19,10 @@ from flight_graph.recordings.recorded_run import open_recorded
 from flight_graph.recordings.recording import formatted_payload
 from flight_graph.replays.replay import comparable_topics, recorded_inputs
 from flight_graph.ros.node import CLOCK, CLOCK_PERIOD_NS, clock_payload
-from flight_graph.ros.ports import LoopOnly, RawPublisher, RawSubscription
+from flight_graph.ros import recorder, slots
+from flight_graph.ros.ports import LoopOnly, RawPublisher
 from flight_graph.ros.progress import Watch
 from flight_graph.timebase import SECOND, stamp_parts
-from msg_schemas.qos import RECORDER
 
 _PAUSE_S = 0.002  # [s] between two looks at the answers while the component works
 
@@ -41,21 +42,24 @@ class Replayer:
         self._period_ns = replayed.period_ns
         inputs = recorded_inputs(self._run, replayed)
         self._publishers, self._readers = {}, {}
+        self._slots = {}  # topic -> (publisher of its slots, their times)
         for entry in inputs.values():
-            edge = replayed.inputs[entry.port]
-            sent = graph.signal(edge.node, edge.port)
+            sent = graph.signal(*entry.source)
             self._readers[entry.topic] = self._readers.get(entry.topic, 0) + 1
-            if entry.topic not in self._publishers:
-                self._publishers[entry.topic] = RawPublisher(node, entry.topic, sent.type_name, sent.role.qos)
+            if entry.topic in self._publishers:
+                continue
+            self._publishers[entry.topic] = RawPublisher(node, entry.topic, sent.type_name, sent.role.qos)
+            if self._run.scenario.faults.is_irregular(*entry.source):
+                self._slots[entry.topic] = (
+                    RawPublisher(node, slots.slots_topic(entry.topic), slots.TYPE, slots.QOS_OF_SLOTS),
+                    range(0, self._end_ns, entry.period_ns), Counter(entry.stamps_ns.tolist()))
         self._clock = None if inputs else RawPublisher(node, *CLOCK)
         group = LoopOnly()
         self._answers = comparable_topics(self._run, self._component)
         self._plain = [topic for topic in self._answers if topic.formatted is None]
-        self._subscriptions = [RawSubscription(node, topic.topic, topic.type_name, RECORDER, group)
-                               for topic in self._plain]
-        self._offsets = [4 + next(offset for path, _, offset, _ in topic.signal.leaves() if path.endswith("stamp.sec"))
+        irregular = self._run.scenario.faults.is_irregular
+        self._streams = [recorder.Stream(node, topic, self._epoch_ns, self._end_ns, group, irregular(topic.node, topic.port))
                          for topic in self._plain]
-        self._taken = [([], []) for _ in self._plain]  # stamps since the epoch, payloads
         self._watch = Watch(node, self._component, group)
 
     def _get(self, name, default):
@@ -83,18 +87,21 @@ class Replayer:
                 yield t_ns, self._clock.publish, clock_payload(*stamp_parts(self._epoch_ns + t_ns))
             yield self._end_ns, self._clock.publish, clock_payload(*stamp_parts(self._epoch_ns + self._end_ns))
             return
-        for name, stamp_ns, payload in self._run.bag.messages([f"/{topic}" for topic in self._publishers]):
-            t_ns = stamp_ns - self._epoch_ns
+        messages = ((stamp_ns - self._epoch_ns, 0, self._publishers[name.lstrip("/")].publish, payload) for
+                    name, stamp_ns, payload in self._run.bag.messages([f"/{topic}" for topic in self._publishers]))
+        said = [((t_ns, 1, publisher.publish, slots.payload(self._epoch_ns + t_ns, counts[t_ns])) for t_ns in times)
+                for publisher, times, counts in self._slots.values()]
+        for t_ns, _, publish, payload in heapq.merge(messages, *said, key=lambda one: one[:2]):
             if t_ns < self._end_ns:
-                yield t_ns, self._publishers[name.lstrip("/")].publish, payload
+                yield t_ns, publish, payload
 
     def _is_matched(self):
         return (all(self._publishers[topic].subscribers() >= count for topic, count in self._readers.items())
-                and all(subscription.publishers() for subscription in self._subscriptions) and self._watch.is_matched())
+                and all(self._slots[topic][0].subscribers() >= self._readers[topic] for topic in self._slots)
+                and all(stream.publishers() for stream in self._streams) and self._watch.is_matched())
 
     def _is_complete(self):
-        return all(len(stamps) >= -(-self._end_ns // topic.period_ns)
-                   for topic, (stamps, _) in zip(self._plain, self._taken))
+        return all(stream.done for stream in self._streams)
 
     def _where(self):
         return f"the answers of {self._component}; it has come to t = {max(self._watch.t_ns, 0) / SECOND:.9f} s"
@@ -114,21 +121,15 @@ class Replayer:
             time.sleep(_PAUSE_S)
 
     def _drain(self) -> int:
-        for topic, subscription, offset, (stamps, payloads) in zip(
-                self._plain, self._subscriptions, self._offsets, self._taken):
-            while (message := subscription.take()) is not None:
-                sec, nanosec = struct.unpack_from("<iI", message, offset)
-                t_ns = sec * SECOND + nanosec - self._epoch_ns
-                if t_ns % topic.period_ns == 0 and t_ns < self._end_ns:
-                    stamps.append(t_ns)
-                    payloads.append(message)
-        return sum(len(stamps) for stamps, _ in self._taken)
+        for stream in self._streams:
+            stream.drain()
+        return sum(stream.next_ns for stream in self._streams)
 
     def _write(self, folder):
-        taken = {topic.port: rows for topic, rows in zip(self._plain, self._taken)}
+        taken = {stream.topic.port: stream.queue for stream in self._streams}
         stamps, rows = [], []
         for topic in self._answers:
-            times, messages = taken[topic.port]
+            times, messages = [t_ns for t_ns, _, _ in taken[topic.port]], [one for _, one, _ in taken[topic.port]]
             stamps.append(np.array(times, np.int64) + self._epoch_ns)
             rows.append(messages if topic.formatted is None else [self._format(topic, message) for message in messages])
         write_topics(folder, self._answers, stamps, rows)

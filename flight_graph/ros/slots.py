@@ -55,6 +55,10 @@ class SlotReader:
         self._stamp_ns, self._messages = None, []
         return found
 
+    def publishers(self) -> int:
+        """How many sources there are of both topics."""
+        return min(self.data.publishers(), self._slots.publishers())
+
     def wait(self, nanoseconds: int) -> None:
         """Wait until something of the next slot is there."""
         (self._slots if self._stamp_ns is None else self.data).wait(nanoseconds)

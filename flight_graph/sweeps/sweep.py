@@ -19,6 +19,8 @@ import pyarrow.parquet
 
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.errors import FlightError, RunStopped
+from flight_graph.faults import fault_file
+from flight_graph.faults.report import REPORT
 from flight_graph.graphs import metrics
 from flight_graph.graphs.scenario import Scenario, vary_case
 from flight_graph.graphs.vary import MOST_RUNS
@@ -203,6 +205,8 @@ def _value(scenario, key):
     name, _, parameter = key.partition(".")
     if not parameter:
         return getattr(scenario.file, key)
+    if name == REPORT:
+        return fault_file.value(scenario.file.faults, parameter)
     node = scenario.graph.nodes[name]
     value = {"rate_hz": node.rate_hz, "use": node.use}.get(parameter, node.values.get(parameter))
     if isinstance(value, list) and value and all(item == value[0] for item in value):

@@ -1,0 +1,82 @@
+"""How well a run's monitors met its faults: detection, isolation, false alarms, recovery, the mode at the end.
+
+=========================== ==========================================================================================
+fault_onset_s               when the first fault became active; none: never
+fault_detected              whether an actionpoint acted from then on; none without a fault
+fault_detection_delay_s     from the onset to the first such act, which was of the actionpoint ``fault_detected_by``
+fault_isolated              whether the first actionpoint that acted and blames units blames one that failed; none: none did
+false_alarms                acts before any fault, or in a run without one
+fault_recovery_s            from the onset to the last time that a watchpoint held; none: one still holds at the end
+final_mode, mode_changes    of the mode manager
+=========================== ==========================================================================================
+"""
+
+import numpy as np
+
+from flight_graph.faults.report import MONITORS, REPORT
+from flight_graph.timebase import SECOND
+
+MODE = "mode"  # the output of a mode manager
+
+
+def scores(scenario, signals) -> dict:
+    """The scores of a run; {} where its scenario has neither faults nor monitors, or did not record them.
+
+    signals: a mapping topic -> structured array, as for `flight_graph.graphs.metrics.compute`.
+    """
+    found, faults = {}, scenario.faults
+    onset = None
+    if faults.faults:
+        if REPORT not in signals:
+            return {}
+        onset, failed = _onset(scenario, signals[REPORT])
+        found["fault_onset_s"] = onset
+    if faults.monitors and MONITORS in signals:
+        found |= _judged(scenario, signals[MONITORS], onset, failed if faults.faults else set())
+    return found | _modes(scenario, signals)
+
+
+def times(scenario, records) -> np.ndarray:
+    """The stamps (n,) of records [s] since the start of the run."""
+    stamp = records["header"]["stamp"]
+    return ((stamp["sec"].astype(np.int64) * SECOND + stamp["nanosec"]) - scenario.epoch_ns) / SECOND
+
+
+def _onset(scenario, report):
+    """When the first fault became active, and the units that failed in the run."""
+    active = np.array([report[fault.id] > 0.0 for fault in scenario.faults.faults])
+    failed = {fault.unit for fault, row in zip(scenario.faults.faults, active) if row.any()}
+    first = np.flatnonzero(active.any(axis=0))
+    return (float(times(scenario, report)[first[0]]) if len(first) else None), failed
+
+
+def _judged(scenario, status, onset, failed):
+    t, monitors = times(scenario, status), scenario.faults.monitors
+    acts = sorted((float(t[at]), number, action.entry) for number, action in enumerate(monitors.actions)
+                  for at in np.flatnonzero(np.diff(status[action.entry.id], prepend=0.0) > 0.0))
+    later = [] if onset is None else [act for act in acts if act[0] >= onset]
+    blaming = [entry for _, _, entry in later if entry.blames]
+    held = np.array([status[watch.entry.id] > 0.0 for watch in monitors.watches]).any(axis=0)
+    if onset is not None:
+        held &= t >= onset
+    last = np.flatnonzero(held)
+    found = {"false_alarms": len(acts) - len(later)}
+    if onset is None:
+        return found
+    return found | {
+        "fault_detected": bool(later),
+        "fault_detection_delay_s": later[0][0] - onset if later else None,
+        "fault_detected_by": later[0][2].id if later else None,
+        "fault_isolated": bool(set(blaming[0].blames) & failed) if blaming else None,
+        "fault_recovery_s": None if len(last) and last[-1] == len(t) - 1 else float(t[last[-1]]) - onset if len(last) else 0.0,
+    }
+
+
+def _modes(scenario, signals):
+    for node in scenario.graph.nodes.values():
+        modes = getattr(node.component, "modes", ())
+        if modes and MODE in node.component.outputs and node.component.outputs[MODE].topic in signals:
+            record = signals[node.component.outputs[MODE].topic][-1:]
+            if len(record):
+                return {"final_mode": modes[int(record["mode"][0])], "mode_changes": int(record["changes"][0])}
+    return {}

@@ -1,0 +1,1 @@
+"""Monitors: limits that flight software watches, and what it does when they are passed."""
