@@ -39,10 +39,9 @@ class RobustEstimatorParameters(AttitudeEstimatorParameters):
     tracker_limit: int = field(3, ge=1, doc="refused star tracker measurements in a row that isolate it")
     tracker_readmit: int = field(8, ge=1, doc="consistent measurements in a row that bring it back")
     gravity: float = field(0.002, unit="m/s^2", ge=0, doc="surface gravity: of the accelerometer's vertical")
-    vertical_time: float = field(1.0, unit="s", gt=0, doc="time constant of the accelerometer's vertical")
-    referee_angle: float = field(0.02, unit="rad", gt=0, doc="from which the accelerometer tells two attitudes apart")
+    vertical_time: float = field(5.0, unit="s", gt=0, doc="time constant of the accelerometer's vertical")
+    referee_angle: float = field(0.03, unit="rad", gt=0, doc="from which the accelerometer tells two attitudes apart")
     votes: int = field(4, ge=1, doc="votes for an isolated tracker, in a row, that reopen the estimate")
-    steady_limit: int = field(20, ge=2, doc="measurements of a steady turn about the vertical that do so too")
     reopened_bias_sigma: float = field(0.02, unit="rad/s", gt=0, doc="expected size of the bias error then")
     reopen_again: float = field(20.0, unit="s", ge=0, doc="a second time within this isolates the gyro")
     coast_time: float = field(3.0, unit="s", gt=0, doc="without gyro and star tracker for longer: not valid")
@@ -67,6 +66,7 @@ class RobustEstimatorState(AttitudeEstimatorState):
     tracker_rejected: int
     tracker_isolations: int
     tracker_age: float = NEVER
+    first_innovation: Vec3
     innovation_before: Vec3
     growth_before: Vec3
     votes: int

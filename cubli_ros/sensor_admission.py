@@ -14,15 +14,15 @@ chi-square gate (`cubli_ros.attitude_filter`). After `tracker_limit` in a row th
 are looked at but not taken, until `tracker_readmit` in a row are within the gate, which widens as the covariance of
 dead reckoning grows.
 
-Referee. A gyro whose bias jumps by little makes the tracker look wrong. While the tracker is isolated, the
-accelerometer says which of the two it is: the corner rests, so its specific force f, turned into the balance frame by
-an attitude and averaged over `vertical_time`, must point along [1, 1, 1]. With r_e and r_t the distances from that
-direction for the estimate's attitude and the tracker's, the tracker is right where |r_t| < |r_e|, for errors of equal
-size the likelier of the two. It votes only where they differ by `referee_angle`, above the accelerations of
-balancing. About the vertical it cannot see; there a difference that grows steadily and turns about the vertical is a
-drifting gyro, for trackers do not drift. After `votes` the estimate is *reopened*: it begins again at the tracker's
-attitude with a bias that may be off by `reopened_bias_sigma`. A second reopening within `reopen_again` isolates the
-gyro too.
+Referee. A gyro whose bias jumps by little makes the tracker look wrong. Two things tell them apart while the tracker
+is isolated. A gyro's bias makes a difference that grows smoothly; a tracker's makes one that stays, or scatters. And
+the accelerometer: the corner rests, so its specific force f, turned into the balance frame by an attitude and
+averaged over `vertical_time`, must point along [1, 1, 1]; of two attitudes that differ by `referee_angle` or more,
+which is above the accelerations of balancing, the one that brings it nearer to that is the likelier one. It overrules
+the growth, but it does not see turns about the vertical. After so many `votes` in a row of either for the tracker the
+estimate is *reopened*: it begins again at the tracker's attitude, with a bias that may be off by
+`reopened_bias_sigma`. A second reopening within `reopen_again` isolates the gyro too. A tracker that drifts slowly
+passes for a biased gyro: trackers hardly do.
 """
 
 import math
@@ -32,7 +32,8 @@ from flight_math import Vec3, conjugate, diagonal, kernel, largest, norm, rotate
 
 UP = Vec3(*[1.0 / math.sqrt(3.0)] * 3)  # [-] balance frame, level ground
 TRUSTED = 0.5  # [-] of g: an averaged specific force that differs by more from g is no vertical
-STEADY_SPREAD = 12.0  # [-] of star_tracker_sigma: second differences of a steady growth (5 of their standard deviations)
+SMOOTH = 12.0  # [-] of star_tracker_sigma: largest second difference of a smooth growth, 5 of its standard deviations
+GROWN = 10.0  # [-] of star_tracker_sigma: beyond twice the first difference, what has grown
 NOISE = 6.0 * math.sqrt(2.0)  # [-] of gyro_sigma: largest difference of two samples
 
 
@@ -112,7 +113,8 @@ def refuse(p, x):
     if not x.tracker_lost and x.tracker_streak >= p.tracker_limit:
         x.tracker_lost, x.tracker_streak = True, 0
         x.tracker_isolations += 1
-        x.votes, x.steady, x.growth_before, x.innovation_before = 0, 0, same(0.0), x.innovation
+        x.votes, x.steady, x.growth_before = 0, 0, same(0.0)
+        x.first_innovation, x.innovation_before = x.innovation, x.innovation
 
 
 # -- referee -----------------------------------------------------------------------------------------------------------
@@ -141,17 +143,18 @@ def judged_right(p, x, measured):
     """Vote on an isolated tracker's measurement; reopen the estimate when it has been right often enough."""
     turn = measured * conjugate(x.quaternion)
     growth, x.innovation_before = x.innovation - x.innovation_before, x.innovation
-    steady = largest(abs(growth - x.growth_before)) < STEADY_SPREAD * p.star_tracker_sigma and growth @ x.innovation > 0.0
+    smooth = largest(abs(growth - x.growth_before)) < SMOOTH * p.star_tracker_sigma
     x.growth_before = growth
-    about_vertical = abs(rotate(x.quaternion, x.innovation) @ UP)
-    across = norm(rotate(x.quaternion, x.innovation) - (rotate(x.quaternion, x.innovation) @ UP) * UP)
-    x.steady = x.steady + 1 if steady and about_vertical > 2.0 * across else 0
+    grown = norm(x.innovation) > 2.0 * norm(x.first_innovation) + GROWN * p.star_tracker_sigma
+    x.steady = x.steady + 1 if smooth and grown else 0
     if has_vertical(p, x):
         mine = x.vertical / norm(x.vertical)
         theirs = rotate(turn, mine)
         if norm(mine - theirs) >= p.referee_angle:
-            x.votes = x.votes + 1 if norm(theirs - UP) < norm(mine - UP) else 0
-    if x.votes < p.votes and x.steady < p.steady_limit:
+            for_tracker = norm(theirs - UP) < norm(mine - UP)
+            x.votes = x.votes + 1 if for_tracker else 0
+            x.steady = x.steady if for_tracker else 0
+    if x.votes < p.votes and x.steady < p.votes:
         return False
     reopen(p, x, measured, turn)
     return True
