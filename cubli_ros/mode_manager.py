@@ -9,10 +9,11 @@ What it does by itself:
 ========================================================================== ===============================================
 the estimate is not valid, or older than estimate_age                      balance -> hold
 the nominal command is older than command_age                              balance -> hold
-a wheel has failed                                                         balance -> hold, without that wheel
+a wheel has failed                                                         balance -> hold, without that wheel, whose
+                                                                           drive is switched off
 no rate is known (estimate not valid, gyro isolated or silent)             balance, hold -> rest, without torque
-more than one wheel has failed                                             balance, hold -> rest, without torque
-spin about the diagonal beyond spin_limit, a wheel beyond wheel_limit      hold -> rest
+several wheels have failed: the way to them, rather                        balance -> hold
+lean, spin about the diagonal, a wheel's speed beyond their limits         hold -> rest
 hold has lasted hold_time                                                  hold -> rest
 the cause of a hold of its own has been gone for return_time               hold -> balance, return_limit times
 a request                                                                  the mode; balance only without a cause, and from
@@ -29,7 +30,7 @@ import math
 from cubli_ros.appc_controller import RoverModel
 from cubli_ros.attitude import is_known
 from cubli_ros.contact_guard import kept_share
-from cubli_ros.safe_laws import brake_torque, hold_torque, rest_torque, within, without_wheel
+from cubli_ros.safe_laws import brake_torque, hold_torque, rest_axis, rest_torque, within, without_wheel
 from cubli_ros.sensor_admission import UP
 from flight_graph.components.component import Component, same_stamp
 from flight_graph.components.records import State, field
@@ -41,6 +42,7 @@ from flight_math import (
     cross,
     kernel,
     largest,
+    minimum,
     norm,
     normalised,
     quaternion_from_rotation_vector,
@@ -67,14 +69,18 @@ class ModeManagerParameters(RoverModel):
     start_time: float = field(2.0, unit="s", ge=0, doc="until then nothing is missed that has not been there yet")
     return_time: float = field(5.0, unit="s", gt=0, doc="without a cause for so long: back to balance")
     return_limit: int = field(2, ge=0, doc="how often, at most")
-    hold_time: float = field(60.0, unit="s", gt=0, doc="longest hold")
-    spin_limit: float = field(0.5, unit="rad/s", gt=0, doc="largest rate about the body diagonal in hold")
+    hold_time: float = field(30.0, unit="s", gt=0, doc="longest hold")
+    lean_limit: float = field(0.3, unit="rad", gt=0, doc="largest lean in hold")
+    spin_limit: float = field(0.3, unit="rad/s", gt=0, doc="largest rate about the body diagonal in hold")
     wheel_limit: float = field(500.0, unit="rad/s", gt=0, doc="largest wheel speed in hold")
-    vertical_time: float = field(0.5, unit="s", gt=0, doc="time constant of the accelerometer's vertical")
+    vertical_time: float = field(5.0, unit="s", gt=0, doc="time constant of the accelerometer's vertical")
     hold_damping: float = field(1.0, unit="1/s", gt=0, doc="d of hold")
     hold_stiffness: float = field(0.25, unit="1/s^2", gt=0, doc="k of hold; d^2 / 4 is critically damped")
+    lost_wheel_lean: float = field(0.1, unit="1", ge=0, lt=1, doc="sine of the lean up to which it balances")
+    lost_wheel_rate: float = field(0.15, unit="1/s", gt=0, doc="q of the law without a wheel")
     rest_damping: float = field(0.5, unit="1/s", gt=0, doc="d of rest")
     rest_rate: float = field(0.02, unit="rad/s", gt=0, doc="w of rest")
+    rest_ramp: float = field(10.0, unit="s", gt=0, doc="time in which w is reached")
     lying_angle: float = field(0.6, unit="rad", gt=0, doc="a rover that leans further and is still lies")
     still_rate: float = field(2e-3, unit="rad/s", gt=0, doc="slower is still")
     still_time: float = field(3.0, unit="s", gt=0, doc="for so long")
@@ -124,13 +130,14 @@ def manage(t_ns, p, x, inputs, outputs):
     now, t = outputs.command.header.stamp, t_ns / SECOND
     omega, up = observe(t, p, x, now, inputs)
     decide(t, p, x, inputs.request, omega, up, inputs.wheels.velocity)
-    torque = demanded(p, x, omega, up, inputs.wheels.velocity, inputs.nominal.effort)
+    torque = demanded(t, p, x, omega, up, inputs.wheels.velocity, inputs.nominal.effort)
+    if x.lost >= 0 and x.mode != BALANCE and x.source != NO_RATE:
+        torque = without_wheel(p, torque, x.lost, omega, up)
     x.share = kept_share(p, omega, inputs.wheels.velocity, up, torque)
     x.guarded += x.share < 1.0
     torque = x.share * torque if x.share < 1.0 else torque
-    if x.lost >= 0 and x.mode != BALANCE:
-        torque = without_wheel(torque, x.lost, inputs.wheel_status.torque)
     outputs.command.effort = within(torque, p.torque_limit)
+    outputs.power.on = powered(x)
     tell(x, outputs)
 
 
@@ -143,10 +150,6 @@ def observe(t, p, x, now, inputs):
     x.seen = x.seen or usable
     x.estimate_lost = not usable and (x.seen or t >= p.start_time)
     x.command_lost = age(now, inputs.nominal.header.stamp) > p.command_age and t >= p.command_age
-    gyro = same_stamp(imu.header.stamp, now)
-    if gyro:
-        fresh = imu.linear_acceleration
-        x.force = x.force + p.period / (p.period + p.vertical_time) * (fresh - x.force) if norm(x.force) > 0.0 else fresh
     omega, x.source = same(0.0), NO_RATE
     if usable:
         omega, x.source = attitude.angular_velocity, ESTIMATE
@@ -155,22 +158,40 @@ def observe(t, p, x, now, inputs):
     elif age(now, imu.header.stamp) <= p.estimate_age and not (
             age(now, status.header.stamp) <= p.estimate_age and status.gyro_admitted == 0.0 and x.seen):
         omega, x.source = imu.angular_velocity - x.bias, GYRO
+    step = quaternion_from_rotation_vector(p.period * omega)
+    if same_stamp(imu.header.stamp, now):
+        average(p, x, step, imu.linear_acceleration)
     up = UP
     if usable:
         up = rotate_back(attitude.orientation, UP)
     elif norm(x.force) > 0.0:
         up = normalised(x.force)
-    x.turned = normalised(x.turned * quaternion_from_rotation_vector(p.period * omega))
-    failed = inputs.wheel_status.failed
+    x.turned = normalised(x.turned * step)
+    lose_wheels(x, inputs.wheel_status.failed)
+    return omega, up
+
+
+@kernel
+def average(p, x, step, specific_force):
+    """The averaged specific force [m/s^2], body frame, which has turned by ``step`` since the last tick."""
+    if norm(x.force) > 0.0:
+        before = rotate_back(step, x.force)
+        x.force = before + p.period / (p.period + p.vertical_time) * (specific_force - before)
+    else:
+        x.force = specific_force
+
+
+@kernel
+def lose_wheels(x, failed):
+    """Which wheel the laws do without: a failed one, until balance is taken up again. Several: the way to them, rather."""
     count = total(failed)
     x.wheel_failed = count > 0.0
     if count > 1.0:
         x.lost = SEVERAL
-    elif count > 0.0 and x.lost != SEVERAL:
+    elif count > 0.0 and x.lost == SOUND:
         x.lost = 0 if failed.x > 0.0 else 1 if failed.y > 0.0 else 2
     elif x.mode == BALANCE:
         x.lost = SOUND
-    return omega, up
 
 
 @kernel
@@ -179,7 +200,8 @@ def decide(t, p, x, request, omega, up, wheel_speed):
     cause = x.estimate_lost or x.command_lost or x.wheel_failed
     x.clear_for = 0.0 if cause else x.clear_for + p.period
     wanted, why = x.mode, ITSELF
-    spun = abs(total(omega)) > math.sqrt(3.0) * p.spin_limit or largest(abs(wheel_speed)) > p.wheel_limit
+    beyond = abs(total(omega)) > math.sqrt(3.0) * p.spin_limit or largest(abs(wheel_speed)) > p.wheel_limit or (
+        up @ UP < cos(p.lean_limit))
     no_rate = x.source == NO_RATE and (x.seen or t >= p.start_time)
     if request.requests != x.requests:
         x.requests = request.requests
@@ -189,9 +211,9 @@ def decide(t, p, x, request, omega, up, wheel_speed):
         x.requested = wanted == HOLD or (x.requested and wanted == x.mode)
     if wanted == BALANCE and cause:
         wanted, why = HOLD, ITSELF
-    if wanted == HOLD and x.mode == HOLD and (spun or t - x.entered >= p.hold_time):
+    if wanted == HOLD and x.mode == HOLD and (beyond or t - x.entered >= p.hold_time):
         wanted, why = REST, ITSELF
-    if no_rate or x.lost == SEVERAL:
+    if no_rate:
         why = why if wanted == REST else ITSELF
         wanted = REST
     may_return = x.mode == HOLD and not x.requested and x.clear_for >= p.return_time and x.returns < p.return_limit
@@ -212,15 +234,15 @@ def enter(t, p, x, mode, why, omega, up):
     level = cross(up, UP)  # M_g = r x m g, r along UP in the body and g along -up
     if norm(level) < SMALL:
         level = omega - total(omega) / 3.0
-    x.axis = normalised(level) if norm(level) > SMALL else normalised(Vec3(1.0, -1.0, 0.0))
+    x.axis = rest_axis(level if norm(level) > SMALL else Vec3(1.0, -1.0, 0.0), x.lost)
 
 
 @kernel
-def demanded(p, x, omega, up, wheel_speed, nominal):
+def demanded(t, p, x, omega, up, wheel_speed, nominal):
     """The torque [N m] that the mode wants."""
     if x.mode == BALANCE:
         return nominal
-    if x.source == NO_RATE or x.lost == SEVERAL:
+    if x.source == NO_RATE:
         return same(0.0)
     if x.mode == HOLD:
         return hold_torque(p, omega, rotation_vector(x.turned))
@@ -228,7 +250,14 @@ def demanded(p, x, omega, up, wheel_speed, nominal):
     x.still_for = x.still_for + p.period if still else 0.0
     if x.still_for >= p.still_time:
         return brake_torque(p, wheel_speed)
-    return rest_torque(p, omega, x.axis)
+    return rest_torque(p, omega, minimum(1.0, (t - x.entered) / p.rest_ramp) * p.rest_rate * x.axis)
+
+
+@kernel
+def powered(x):
+    """1 for each drive that has power: outside of balance, a lost wheel's has none, so that it cannot run away."""
+    off = x.lost if x.mode != BALANCE else SOUND
+    return Vec3(0.0 if off == 0 else 1.0, 0.0 if off == 1 else 1.0, 0.0 if off == 2 else 1.0)
 
 
 @kernel
@@ -248,7 +277,8 @@ class ModeManager(Component):
     parameters, state = ModeManagerParameters, ModeManagerState
     inputs = {"nominal": cubli.COMMAND, "attitude": cubli.ATTITUDE, "status": cubli.ESTIMATOR_STATUS, "imu": cubli.IMU,
               "wheels": cubli.WHEEL_STATE, "wheel_status": cubli.WHEEL_STATUS, "request": cubli.MODE_REQUEST}
-    outputs = {"command": cubli.SAFE_COMMAND, "mode": cubli.MODE, "safe_state": cubli.SAFE_STATE}
+    outputs = {"command": cubli.SAFE_COMMAND, "power": cubli.WHEEL_POWER, "mode": cubli.MODE,
+               "safe_state": cubli.SAFE_STATE}
     optional_inputs = ("request",)
     rate_hz = 100.0
     start, kernel = start, manage

@@ -29,13 +29,13 @@ NEVER = -1.0  # [s] age of what has not come yet
 
 
 class RobustEstimatorParameters(AttitudeEstimatorParameters):
-    rate_limit: float = field(0.5, unit="rad/s", gt=0, doc="a gyro axis beyond it is refused")
+    rate_limit: float = field(2.0, unit="rad/s", gt=0, doc="a gyro axis beyond it is refused")
     acceleration_limit: float = field(2.0, unit="rad/s^2", gt=0, doc="a gyro axis that changes faster is refused")
     frozen_limit: int = field(5, ge=0, doc="a gyro axis that repeats itself so often is refused; 0: one without noise")
     gyro_limit: int = field(5, ge=1, doc="refused gyro samples in a row that isolate it")
     gyro_readmit: int = field(100, ge=1, doc="sound gyro samples in a row that bring it back")
     bias_limit: float = field(5e-3, unit="rad/s", gt=0, doc="an isolated gyro is sound within this of the tracker's rate")
-    coasting_walk: float = field(5e-5, unit="rad/s", gt=0, doc="without gyro: random walk of the rate in a sample")
+    coasting_walk: float = field(2e-4, unit="rad/s", gt=0, doc="without gyro: random walk of the rate in a sample")
     tracker_limit: int = field(3, ge=1, doc="refused star tracker measurements in a row that isolate it")
     tracker_readmit: int = field(8, ge=1, doc="consistent measurements in a row that bring it back")
     gravity: float = field(0.002, unit="m/s^2", ge=0, doc="surface gravity: of the accelerometer's vertical")

@@ -17,12 +17,23 @@ has passed, which is slower than falling and touches down at l times it. If e po
 over the top and down on the other side. Once it lies still the wheels are braked, u = J_w b Omega, limited to a
 torque that does not tip it: less than m g l / 2, gravity's about an edge of the face it lies on.
 
-*A lost wheel* i gives the torque T_i, whatever it is told. The centre of mass moves by the torque across the body
-diagonal [1, 1, 1] alone, so the other wheels give u = tau - (tau_i - T_i) [1, 1, 1]: the whole, with T_i, has the
-wanted torque across the diagonal, and what is wrong lies along it. There the rover is left to spin.
+*A lost wheel* i leaves two torques for three axes. About e, across the diagonal and the lost axis e_i, they give what
+the law wants: e has no part along e_i. Together they turn the rover about p = [1, 1, 1] - 3 e_i (to length one) and
+about the diagonal d at once, tau_d = sqrt(2) tau_p, which is a cart and a pole: the lean theta_p falls over at the
+rate l = sqrt(m g r / J_p), and the spin is the cart. With c = sqrt(2) J_p / J_d,
+
+    theta_p'' = l^2 theta_p - a,  omega_d' = -c a,  a = k_1 theta_p + k_2 omega_p + k_3 omega_d,
+
+has its three poles at -q for c k_3 = -q^3 / l^2, k_2 = 3 q - c k_3, k_1 = 3 q^2 + l^2. So without a wheel the rover
+is upright about p and does not spin. That is for small leans, where a turn about the diagonal does not change the
+lean; beyond `lost_wheel_lean` (its sine), on the way down, the two torques damp the spin with the rate d of rest, and
+the lean about p is left to gravity.
 """
 
-from flight_math import Vec3, clip, kernel, largest, maximum
+import math
+
+from cubli_ros.sensor_admission import UP
+from flight_math import Vec3, clip, cross, kernel, largest, maximum, norm, normalised
 
 
 @kernel
@@ -32,9 +43,19 @@ def hold_torque(p, omega, turned):
 
 
 @kernel
-def rest_torque(p, omega, axis):
-    """Torque [N m] that lets the rover down about a unit axis of the body."""
-    return p.inertia @ (p.rest_damping * (p.rest_rate * axis - omega))
+def rest_axis(level, lost):
+    """Unit axis to let the rover down about: ``level``, or the nearer way of the one that needs no wheel ``lost``."""
+    axis = level
+    if lost >= 0:
+        axis = cross(UP, axis_of(lost))
+        axis = -axis if axis @ level < 0.0 else axis
+    return normalised(axis)
+
+
+@kernel
+def rest_torque(p, omega, wanted):
+    """Torque [N m] that lets the rover down at a wanted rate w e [rad/s]."""
+    return p.inertia @ (p.rest_damping * (wanted - omega))
 
 
 @kernel
@@ -44,14 +65,32 @@ def brake_torque(p, wheel_speed):
 
 
 @kernel
-def without_wheel(torque, lost, delivered):
-    """Torques [N m] of the wheels with the same part across the diagonal, though wheel ``lost`` gives ``delivered``."""
-    wrong = 0.0
-    for axis in range(3):
-        if lost == axis:
-            wrong = torque[axis] - delivered[axis]
-    left = torque - wrong
-    return Vec3(0.0 if lost == 0 else left.x, 0.0 if lost == 1 else left.y, 0.0 if lost == 2 else left.z)
+def axis_of(wheel):
+    """Unit vector of a wheel's axis, body frame."""
+    return Vec3(1.0 if wheel == 0 else 0.0, 1.0 if wheel == 1 else 0.0, 1.0 if wheel == 2 else 0.0)
+
+
+@kernel
+def cart_gains(q, square, coupling):
+    """k_1 [1/s^2], k_2 [1/s], k_3 [1/s] that put all three poles of cart and pole at -q [1/s]; square: l^2, coupling: c."""
+    c_k_3 = -q * q * q / square
+    return 3.0 * q * q + square, 3.0 * q - c_k_3, c_k_3 / coupling
+
+
+@kernel
+def without_wheel(p, torque, lost, omega, up):
+    """Torques [N m] of the other wheels: the law's ``torque`` about e, and the cart's; up: unit vector, body frame."""
+    missing = axis_of(lost)
+    e, across = normalised(cross(UP, missing)), normalised(1.0 - 3.0 * missing)
+    j_p, j_d = across @ (p.inertia @ across), UP @ (p.inertia @ UP)
+    coupling = math.sqrt(2.0) * j_p / j_d
+    if norm(cross(up, UP)) < p.lost_wheel_lean:
+        square = p.mass * p.gravity * 0.5 * math.sqrt(3.0) * p.length / j_p
+        k_1, k_2, k_3 = cart_gains(p.lost_wheel_rate, square, coupling)
+        acceleration = k_1 * (cross(up, UP) @ across) + k_2 * (omega @ across) + k_3 * (omega @ UP)
+    else:
+        acceleration = p.rest_damping / coupling * (omega @ UP)
+    return (torque @ e) * e - 0.5 * math.sqrt(6.0) * j_p * acceleration * (1.0 - missing)
 
 
 @kernel

@@ -21,8 +21,9 @@ averaged over `vertical_time`, must point along [1, 1, 1]; of two attitudes that
 which is above the accelerations of balancing, the one that brings it nearer to that is the likelier one. It overrules
 the growth, but it does not see turns about the vertical. After so many `votes` in a row of either for the tracker the
 estimate is *reopened*: it begins again at the tracker's attitude, with a bias that may be off by
-`reopened_bias_sigma`. A second reopening within `reopen_again` isolates the gyro too. A tracker that drifts slowly
-passes for a biased gyro: trackers hardly do.
+`reopened_bias_sigma`. A second reopening within `reopen_again` isolates the gyro too. While the gyro is isolated, a
+tracker that does not scatter is all there is, and it is believed. A tracker that drifts slowly passes for a biased
+gyro: trackers hardly do.
 """
 
 import math
@@ -146,7 +147,7 @@ def judged_right(p, x, measured):
     smooth = largest(abs(growth - x.growth_before)) < SMOOTH * p.star_tracker_sigma
     x.growth_before = growth
     grown = norm(x.innovation) > 2.0 * norm(x.first_innovation) + GROWN * p.star_tracker_sigma
-    x.steady = x.steady + 1 if smooth and grown else 0
+    x.steady = x.steady + 1 if smooth and (grown or x.gyro_lost) else 0
     if has_vertical(p, x):
         mine = x.vertical / norm(x.vertical)
         theirs = rotate(turn, mine)

@@ -108,6 +108,9 @@ JUMP_STATUS = named_vector("cubli/jump_status", BASE, {
 SAFE_COMMAND = Signal("cubli/safe_command", "sensor_msgs/msg/JointState", Role.COMMAND,
                       {"header.frame_id": BASE, "name": WHEELS, "effort": 3},
                       doc="torque on the body by each wheel, from the mode manager")
+WHEEL_POWER = named_vector("cubli/wheel_power", BASE, {
+    "on": Quantity(3, "1", "0: the drive of this wheel is without power, and the wheel turns freely"),
+}, Role.COMMAND, doc="power switches of the wheels' drives")
 ESTIMATOR_STATUS = named_vector("cubli/estimator_status", BASE, {
     "valid": Quantity(None, "1", "1 while attitude and rates may be used"),
     "sigma": Quantity(None, "rad", "root of the sum of the variances of the attitude error"),

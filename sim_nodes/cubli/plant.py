@@ -85,7 +85,7 @@ def output(t_ns, p, x, truth, attitude, wheels, pose):
 @kernel
 def update(t_ns, p, x, command):
     """One period under the wheels' torque: clipped to what they can deliver, held."""
-    x.torque = wheel_torque(p, x, command)
+    x.torque = wheel_torque(p, x, command, same(1.0))
     t, substeps = t_ns / SECOND, math.ceil(p.period / p.largest_step - 1e-9)
     held, motion, h, before = (p, level_gravity(p), x.torque), (x.angles, x.rates), p.period / substeps, x.rates
     for step in range(substeps):

@@ -13,14 +13,19 @@ from flight_math import clip, kernel, minimum, same, sign, where
 
 
 @kernel
-def wheel_torque(p, x, command):
-    """Torque u [N m] of motors and bearings on the body, held over one period. x: wheel_speed, and the drives' watchdog."""
+def wheel_torque(p, x, command, powered):
+    """Torque u [N m] of motors and bearings on the body, held over one period.
+
+    x: wheel_speed, and the drives' watchdog; powered: 0 for each drive that is switched off (its wheel turns freely).
+    """
     demand = command.effort
     if p.command_timeout > 0.0 and silence(p, x, command.header.stamp) > p.command_timeout:
         demand = same(0.0)
     demand = p.wheel_effectiveness * demand
     if any(p.wheel_runaway != 0.0):
         demand = where(p.wheel_runaway != 0.0, p.wheel_runaway, demand)
+    if any(powered == 0.0):
+        demand = where(powered == 0.0, 0.0, demand)
     torque = deliverable_torque(p, demand, x.wheel_speed)
     if any(p.wheel_viscous > 0.0) or any(p.wheel_coulomb > 0.0):
         torque += bearing_torque(p, torque, x.wheel_speed)

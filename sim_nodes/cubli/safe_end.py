@@ -2,11 +2,11 @@
 
 =================== ==================================================================================================
 end                 balanced, held, resting (on its way down), let down, passive (down without torque or law), leaning
-                    (lost, but still up), fell (touched down faster than TOUCH), jumped, jammed
+                    (lost, but still up), fell (touched down faster than TOUCH or with more than SPIN), jumped, jammed
 is_safe             whether that is balanced, held, resting, let down or passive, and no limit was broken
 tilt_max            largest angle between the body diagonal and up [rad], until the run was decided
 attitude_error_max  largest error of an attitude that was said to be valid, from 1 s on [rad]; null without estimate
-rate_across_max     largest rate across the body diagonal [rad/s];  wheel_speed_max [rad/s]
+rate_across_max     largest rate across the body diagonal [rad/s];  spin_max: along it;  wheel_speed_max [rad/s]
 normal_force_min    smallest normal force in m g;  friction_ratio_max: largest ratio of tangential to normal force
 lift_off_s, slip_s  first time without contact, and outside the friction cone; null: never
 touch_s             when another corner touched down; null: not at all;  touching_speed [m/s]
@@ -23,7 +23,7 @@ from scipy.spatial.transform import Rotation
 
 from flight_graph.graphs.fault_scores import times
 
-TOUCH = 0.015  # [m/s]
+TOUCH, SPIN = 0.015, 0.5  # [m/s], [rad/s]
 UPRIGHT, HELD, SETTLING = 0.05, 0.35, 0.01  # [rad] balanced and held within this tilt; [rad/s] and rate at the end
 BALANCE, HOLD, REST = 0, 1, 2  # modes of `cubli_ros.mode_manager`
 LANDED, FELL, JAMMED = 1, 2, 3
@@ -39,11 +39,13 @@ def compute(scenario, signals) -> dict:
     tilt = tilts(signals["cubli/truth/attitude"]["orientation"])
     rates = truth["rates"] - truth["rates"].mean(axis=1, keepdims=True)
     across = np.sqrt((rates * rates).sum(axis=1))
+    spin = np.abs(truth["rates"].sum(axis=1)) / math.sqrt(3.0)
     late = running & (t >= t[running][-1] - 5.0)
     mode = int(signals["cubli/mode"]["mode"][-1]) if len(signals["cubli/mode"]) else BALANCE
     found = {
         "tilt_max": float(tilt[running].max()), "attitude_error_max": attitude_error(scenario, signals, t, running),
         "rate_across_max": float(across[running].max()),
+        "spin_max": float(spin[running].max()),
         "wheel_speed_max": float(np.abs(truth["wheel_speed"]).max()),
         "normal_force_min": float(contact["normal_force"][running].min()),
         "friction_ratio_max": float(contact["friction_ratio"][running].max()),
@@ -62,7 +64,7 @@ def named(found, outcome, mode, silent, tilt, rate) -> str:
     if outcome == JAMMED:
         return "jammed"
     if outcome == FELL:
-        if found["touching_speed"] > TOUCH:
+        if found["touching_speed"] > TOUCH or found["spin_max"] > SPIN:
             return "fell"
         return "let down" if mode == REST and not silent else "passive"
     if silent:
