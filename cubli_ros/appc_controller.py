@@ -45,7 +45,8 @@ class RoverModel(Parameters):
 
 class AppcParameters(RoverModel):
     law: Choice("explicit", "implicit") = field("implicit", doc="as printed, or its sampled (backward Euler) form")
-    smoothing: float = field(0.0, unit="1", ge=0, doc="phi of tanh(eps/phi) for sgn(eps) in the explicit law; 0: sgn")
+    smoothing: float = field(0.0, unit="1", ge=0, used_if={"law": ["explicit"]},
+                             doc="phi of tanh(eps/phi) for sgn(eps) in the explicit law; 0: sgn")
     feed_forward: float = field(1.0, unit="1", ge=0, le=1.5, doc="part of the gravity torque that is cancelled")
     rho_a0: Vec3 = field(0.4, unit="rad", gt=0, source="Table 2", doc="attitude funnel at the start")
     rho_a_inf: Vec3 = field(0.008, unit="rad", gt=0, source="Table 2", doc="attitude funnel at the end")
@@ -63,10 +64,14 @@ class AppcParameters(RoverModel):
     adaptive_u_limit: float = field(NO_LIMIT, unit="1", gt=0, doc="cap of v_u")
     reference_form: Choice("constant", "critically_damped", "minimum_jerk") = field(
         "constant", source="eq. (10)", doc="how the reference moves to the angles to hold; constant: it is there")
-    reference_initial: Vec3 = field(0.0, unit="rad", doc="where a moving reference starts")
-    reference_capture: bool = field(False, doc="start a moving reference at the first attitude instead")
-    reference_rate: float = field(0.1, unit="1/s", gt=0, doc="q of the critically damped reference (1 + q t) exp(-q t)")
-    reference_duration: float = field(30.0, unit="s", gt=0, doc="T of the minimum-jerk reference")
+    reference_initial: Vec3 = field(0.0, unit="rad", doc="where a moving reference starts",
+                                    used_if={"reference_form": ["critically_damped", "minimum_jerk"]})
+    reference_capture: bool = field(False, doc="start a moving reference at the first attitude instead",
+                                    used_if={"reference_form": ["critically_damped", "minimum_jerk"]})
+    reference_rate: float = field(0.1, unit="1/s", gt=0, doc="q of the critically damped reference (1 + q t) exp(-q t)",
+                                  used_if={"reference_form": ["critically_damped"]})
+    reference_duration: float = field(30.0, unit="s", gt=0, doc="T of the minimum-jerk reference",
+                                      used_if={"reference_form": ["minimum_jerk"]})
     rearm: bool = field(False, doc="widen rho_a when it is about to be left, and start outside a funnel")
 
 

@@ -25,8 +25,10 @@ def covariance_parameters(joints):
             "prior_squared", source="eq. (39)", doc="G0: scale * prior^2, scale for all, eq. (46) over the noise, or "
                                                     "as given")
         covariance_scale: float = field(0.0, unit="1", ge=0, doc="0: 1e6 for prior_squared, 1e4 for uniform")
-        covariance_eta: float = field(0.4, unit="1", gt=0, doc="covariance: relative error of the prior")
-        torque_noise: float = field(1e-3, unit="N m", gt=0, doc="covariance: standard deviation of a torque reading")
+        covariance_eta: float = field(0.4, unit="1", gt=0, used_if={"covariance": ["covariance"]},
+                                      doc="covariance: relative error of the prior")
+        torque_noise: float = field(1e-3, unit="N m", gt=0, used_if={"covariance": ["covariance"]},
+                                    doc="covariance: standard deviation of a torque reading")
         forgetting: float = field(1.0, unit="1", gt=0.5, le=1, doc="factor on old knowledge each sample; 1: none")
         learn: bool = field(True, doc="false: publish the prior and do nothing else")
         freeze: bool = field(True, doc="rest while the monitor says that an actuator is at its limit")

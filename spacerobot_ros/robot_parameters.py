@@ -37,8 +37,9 @@ def believed_parameters(joints: int) -> type[Parameters]:
     class BelievedParameters(robot_parameters(joints)):
         pi: Array(10 * (joints + 1)) = field(0.0, unit="SI", doc="inertial parameters of the model")
         prior_source: Choice("drawn", "given") = field("drawn", doc="drawn about the model's parameters, or as given")
-        prior_eta: float = field(0.0, unit="1", ge=0, source="eq. (46)", doc="relative error; 0: the model's own")
-        prior_seed: int = field(5, ge=0, doc="of the draw")
+        prior_eta: float = field(0.0, unit="1", ge=0, source="eq. (46)", used_if={"prior_source": ["drawn"]},
+                                 doc="relative error; 0: the model's own")
+        prior_seed: int = field(5, ge=0, used_if={"prior_source": ["drawn"]}, doc="of the draw")
         prior_reading: Choice("standard_deviation", "variance") = field(
             "standard_deviation", source="eq. (46)", doc="what eta pi / 3 is: as the text says, or the variance")
         prior_projected: bool = field(False, doc="make every body of the prior possible")

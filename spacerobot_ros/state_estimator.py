@@ -28,7 +28,8 @@ class StateEstimatorParameters(Parameters):
     attitude_gain: float = field(0.3, unit="1", ge=0, le=1, doc="part of a star tracker's residual that is taken")
     bias_gain: float = field(0.02, unit="1/s", ge=0, doc="part of it that goes to the gyro bias")
     accelerations: Choice("differenced", "filtered") = field("differenced", doc="differences of rates, or low-passed")
-    bandwidth: float = field(5.0, unit="rad/s", gt=0, doc="of the low-pass on accelerations")
+    bandwidth: float = field(5.0, unit="rad/s", gt=0, used_if={"accelerations": ["filtered"]},
+                             doc="of the low-pass on accelerations")
 
 
 def estimator_state(joints):

@@ -66,7 +66,8 @@ def changed_run(content: ClaimsFile, claim: Claim, name: str, share: float = 1.0
     values = change.set
     if share < 1.0:
         nominal = next(iter(entry.scenarios().values()))
-        values = {path: between(value_at(nominal, path), value, share) for path, value in values.items()}
+        values = {path: value if path.endswith(".rate_hz") else between(value_at(nominal, path), value, share)
+                  for path, value in values.items()}  # few rates have a period of whole nanoseconds
     return entry.model_copy(update={"set": {**entry.set, **values}})
 
 

@@ -75,6 +75,7 @@ class Entry:
     doc: str
     bounds: tuple  # of (gt|ge|lt|le, number)
     value: type | None = None  # class of the value that kernels see
+    used_if: tuple = ()  # of (another entry, the words of it with which this one has an effect)
 
     @property
     def range_text(self) -> str:
@@ -163,9 +164,14 @@ def _adapter(entry: Entry, shape: tuple) -> TypeAdapter:
     return TypeAdapter(scalar)
 
 
-def field(default=0.0, *, unit="", source="", doc="", **bounds):
-    """Declare an entry: default (a scalar fills an array), SI unit, range (gt, ge, lt, le), source and meaning."""
-    return {"default": default, "unit": unit, "source": source, "doc": doc, "bounds": tuple(bounds.items())}
+def field(default=0.0, *, unit="", source="", doc="", used_if=None, **bounds):
+    """Declare an entry: default (a scalar fills an array), SI unit, range (gt, ge, lt, le), source and meaning.
+
+    used_if: {a choice of the same record: the words with which this entry has an effect}; otherwise a scenario that gives
+    it is warned.
+    """
+    return {"default": default, "unit": unit, "source": source, "doc": doc, "bounds": tuple(bounds.items()),
+            "used_if": tuple((name, tuple(words)) for name, words in (used_if or {}).items())}
 
 
 class Record:
@@ -194,6 +200,9 @@ class Record:
                 refuse(cls, name, "this name is reserved: the record has such an entry already; take another name")
             if hasattr(np.record, name):
                 refuse(cls, name, "this name is reserved (NumPy records have it too); take another name")
+        for entry in cls.entries.values():
+            for name, words in entry.used_if:
+                _check_condition(cls, entry.name, name, words)
         cls.dtype = np.dtype(
             [(entry.name, *_pair(entry.format)) for entry in cls.entries.values() if entry.kind != "text"]
             + list(cls.RESERVED), align=True)
@@ -251,12 +260,22 @@ def _pair(fmt):
 
 def _check_bounds(cls, name, bounds):
     """Refuse a keyword of `field` that there is not."""
-    known = ("default", "unit", "source", "doc", "gt", "ge", "lt", "le")
+    known = ("default", "unit", "source", "doc", "used_if", "gt", "ge", "lt", "le")
     for key, bound in bounds:
         if key not in known:
             refuse(cls, name, f"field has no '{key}'; {nearest(key, known)}")
         if isinstance(bound, bool) or not isinstance(bound, (int, float)):
             refuse(cls, name, f"{key}={bound!r} is no number")
+
+
+def _check_condition(cls, entry, name, words):
+    """Refuse a ``used_if`` of what is no choice of the record, or of words that it does not have."""
+    if name not in cls.entries or not cls.entries[name].words:
+        choices = [other for other, one in cls.entries.items() if one.words]
+        refuse(cls, entry, f"used_if names '{name}', which is no choice of this record; {nearest(name, choices)}")
+    for word in words:
+        if word not in cls.entries[name].words:
+            refuse(cls, entry, f"used_if: {name} has no word '{word}'; {nearest(word, cls.entries[name].words)}")
 
 
 def annotation_text(annotation) -> str:
@@ -299,4 +318,5 @@ def _entry(name, annotation, given, cls):
         default = 0
     if kind == "text" and default == 0.0:
         default = ""
-    return Entry(name, kind, shape, words, default, given["unit"], given["source"], given["doc"], given["bounds"], value)
+    return Entry(name, kind, shape, words, default, given["unit"], given["source"], given["doc"], given["bounds"], value,
+                 given["used_if"])

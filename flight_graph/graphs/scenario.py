@@ -61,6 +61,7 @@ class Scenario:
         if self.epoch_ns <= 0 or (self.epoch_ns + self.duration_ns) >= 2**31 * 10**9:
             raise FlightError(f"{origin}: epoch_ns: {self.epoch_ns} is not allowed; allowed: a stamp after 1970 whose "
                               "seconds fit 31 bits at the end of the run (ROS reads zero as 'no clock')")
+        self._without_effect = {}
         nodes = self._nodes()
         base = None
         if self.file.base_rate_hz is not None:
@@ -92,9 +93,10 @@ class Scenario:
         return self.file.seed
 
     def warnings(self) -> list[str]:
-        """What the components say of their parameters, each behind the component's name."""
+        """What the components say of their parameters, each behind the component's name, and parameters without effect."""
         return [f"{name}: {sentence}" for name, node in self.graph.nodes.items()
-                for sentence in declared.call(node.component, "warnings", node.values, node.period_ns / SECOND)]
+                for sentence in [*self._without_effect.get(name, []),
+                                 *declared.call(node.component, "warnings", node.values, node.period_ns / SECOND)]]
 
     def resolved(self) -> dict:
         """The scenario with every parameter and rate written out: what a bag carries and can be run from."""
@@ -175,8 +177,10 @@ class Scenario:
         values = component.parameters.defaults()
         if "seed" in component.parameters.entries:
             values["seed"] = stream_key(self.file.seed, name)
-        values.update(component.parameters.validate(given, f"{where}.parameters"))
+        given = component.parameters.validate(given, f"{where}.parameters")
+        values.update(given)
         values = declared.resolved(component, values, f"{where}.parameters", self.folder)
+        self._without_effect[name] = list(_without_effect(component.parameters, given, values))
         rate = component.rate_hz if entry.rate_hz is None else entry.rate_hz
         return Node(name, use, component, values, rate)
 
@@ -214,6 +218,19 @@ class Scenario:
         for topic in self.file.record.topics or []:
             if topic not in topics:
                 raise unknown("topic", topic, topics, f"{self.origin}: record.topics")
+
+
+def _without_effect(parameters, given, values):
+    """Sentences about given parameters that change nothing: others decide them, or the chosen form does not use them."""
+    defaults = parameters.defaults()
+    for name, value in given.items():
+        if values[name] != value:
+            yield f"{name} is given and has no effect: it follows from other parameters"
+            continue
+        for choice, words in parameters.entries[name].used_if:
+            if value != defaults[name] and values[choice] not in words:
+                yield (f"{name} is given and has no effect with {choice} {values[choice]}; it is used with "
+                       f"{' and '.join(words)}")
 
 
 def available() -> dict[str, Path]:

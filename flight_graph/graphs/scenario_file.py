@@ -51,6 +51,21 @@ class EngineLimit(_Strict):
     because: str = Field(max_length=1000, description="the reason, shown to whoever asks for another engine")
 
 
+class RestartEntry(_Strict):
+    """How often a node may be started again."""
+
+    limit: int = Field(3, ge=1, le=1000, description="restarts of one node at most ...")
+    window_s: float = Field(60.0, gt=0, le=1e9, allow_inf_nan=False, description="... within this time [s]")
+
+
+class WatchdogEntry(_Strict):
+    """What happens in realtime when a node ends or says nothing; without it a silent node is waited for."""
+
+    gap_s: float = Field(0.5, gt=0, le=3600, allow_inf_nan=False, description=(
+        "a node that has not beaten for so long, and its own period, is taken for dead [s]"))
+    restart: RestartEntry | None = Field(None, description="start it again; when left out, the run ends and names it")
+
+
 class ScenarioFile(_Strict):
     """The file's keys."""
 
@@ -73,6 +88,7 @@ class ScenarioFile(_Strict):
         "what breaks, where and when; see faults.md"))
     monitors: dict[str, Any] | None = Field(None, description=(
         "limits that flight software watches, and what it does when they are passed; see faults.md"))
+    watchdog: WatchdogEntry | None = Field(None, description="in realtime: what is done about nodes that end or hang")
     metrics: str | None = Field(None, description="`module:function` or `file.py:function` of the run's numbers")
     figure: str | None = Field(None, description="`module:function` or `file.py:function` that draws the run")
     paper: str | None = Field(None, description="folder in `papers/` whose claims the bag carries")
@@ -99,7 +115,8 @@ def _first_sentence(error: ValidationError) -> str:
     return f"{where}: {first['msg'].lower()} (got {short(repr(first['input']))})"
 
 
-PARTS = {"components": ComponentEntry, "connect": EdgeEntry, "record": RecordEntry, "only": EngineLimit}  # below a key
+PARTS = {"components": ComponentEntry, "connect": EdgeEntry, "record": RecordEntry, "only": EngineLimit,
+         "watchdog": WatchdogEntry}  # below a key
 
 
 def _keys_at(location):

@@ -16,6 +16,11 @@ class ClockInput:
         self._t_ns, self._epoch_ns = -1, node.settings.epoch_ns
         self._subscription = RawSubscription(node, "/clock", "rosgraph_msgs/msg/Clock", QOS[Role.SENSOR], LoopOnly())
 
+    def first(self, node) -> int:
+        """The time [ns] of the first /clock that is heard. Raises FlightError when none comes for the node's timeout."""
+        self.wait_until(0, node)
+        return self._t_ns
+
     def wait_until(self, t_ns: int, node) -> None:
         """Raises FlightError when no clock comes for the node's timeout."""
         deadline = time.monotonic_ns() + int(node.settings.timeout_s * SECOND)

@@ -23,10 +23,12 @@ from flight_graph.graphs.scenario import Scenario
 from flight_graph.ros import shared_memory
 from flight_graph.ros.domain import Domain
 from flight_graph.ros.patience import at_least, patience_s
+from flight_graph.ros.supervisor import Supervisor
 from flight_graph.timebase import SECOND
 from msg_schemas.qos import WINDOW
 
 RECORDER = "recorder"
+EVENTS = "events.jsonl"  # what was done to processes, for the bag
 
 
 @dataclass
@@ -38,6 +40,7 @@ class RosRun:
     statistics: dict = field(default_factory=dict)
     outcome: dict = field(default_factory=dict)
     domain: int = 0
+    notes: list = field(default_factory=list)  # what was done to processes
 
 
 def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: float,
@@ -59,6 +62,12 @@ def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: flo
         settings = {**common, "timeout_s": float(patience), "check_bounds": check_bounds, "epoch_ns": scenario.epoch_ns,
                     "duration_s": scenario.duration_ns / SECOND,
                     "clock_master": name == master, "wait_for": names if name == master else [""]}
+        if scenario.file.watchdog and pace == "realtime":
+            settings["beats_often"] = True
+            if name == master:
+                gap_ns = round(scenario.file.watchdog.gap_s * SECOND)
+                settings["beats"] = json.dumps({other: gap_ns + round(graph.nodes[other].period_ns / factor)
+                                                for other in names[:-1]})
         for port, edge in node.inputs.items():
             source = graph.nodes[edge.node]
             settings[f"inputs.{port}.topic"] = graph.signal(edge.node, edge.port).topic
@@ -97,7 +106,13 @@ def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float 
         specs = _specs(scenario, Path(work), Path(folder).absolute(), pace, factor, timeout_s, check_bounds)
         if tell and domain.is_own:
             tell(domain.sentence())
-        return Launch(specs, RosRun(Path(folder)), pace == "lockstep", progress, domain).run()
+        launch = Launch(specs, RosRun(Path(folder)), pace == "lockstep", progress, domain)
+        if pace == "realtime":
+            own = {spec["name"]: spec for spec in specs if spec["name"] not in (RECORDER, _clock_master(scenario.graph))}
+            launch.supervisor = Supervisor(scenario, launch, own, Path(work) / EVENTS)
+        result = launch.run()
+        result.notes = launch.supervisor.notes if launch.supervisor else []
+        return result
 
 
 def published(graph) -> list[str]:
@@ -129,8 +144,14 @@ class Launch:
             text=True, env=environment, process_group=0)
         self._lines = queue.SimpleQueue()  # what the nodes say, line by line; None: all have ended
         threading.Thread(target=self._read, daemon=True).start()
-        self.process.stdin.write(json.dumps(specs))
-        self.process.stdin.close()
+        self.supervisor = None  # of a realtime run
+        self.order(specs)
+
+    def order(self, what) -> None:
+        """Have nodes started: a list of specs at the start, one spec later."""
+        with contextlib.suppress(BrokenPipeError):  # the spawner has ended: its last words say why
+            self.process.stdin.write(json.dumps(what) + "\n")
+            self.process.stdin.flush()
 
     def _read(self):
         for line in self.process.stdout:
@@ -161,13 +182,15 @@ class Launch:
         if "pid" in event:
             self.pids[name] = event["pid"]
             self._unborn.discard(name)
+        elif self.supervisor and not self._is_ending and event.keys() & {"fault", "silent", "back", "ready"}:
+            self._supervise(name, event)
         elif "error" in event:
             self.error = self.error or event["error"]
         elif "exit" in event:
             self.pids.pop(name, None)
             self.crashed = self.crashed or event["exit"] < 0
             if (event["exit"] or not self._is_ending) and name not in self._killed and not self.error:
-                self.error = f"the node {name} ended by itself ({_how(event['exit'])})"
+                self.error = self._ended(name, _how(event["exit"]))
         elif "stopped" in event:
             if not self._is_ending and not self.error:
                 self.error = (f"the node {name} was asked to end before the run was over (SIGTERM, SIGINT or the shutdown "
@@ -182,6 +205,22 @@ class Launch:
         elif "done" in event:
             if event["clock_master"]:
                 self.master_done, self.result.wall_s = True, event["wall_s"]
+
+    def _supervise(self, name, event):
+        if "fault" in event:
+            self.supervisor.fault(event["fault"], event["active"], event["t"])
+        elif "silent" in event:
+            self.error = self.error or self.supervisor.silent(event["silent"], event["came"], event["t"])
+        elif "back" in event:
+            self.supervisor.back(event["back"], event["t"])
+        else:
+            self.supervisor.born(name)
+
+    def _ended(self, name, how) -> str | None:
+        """The sentence of a process that ended, where nobody takes care of it."""
+        if self.supervisor and not self._is_ending:
+            return self.supervisor.ended(name, how)
+        return f"the node {name} ended by itself ({how})"
 
     def _end_nodes(self):
         """SIGTERM to the nodes, then to the recorder, which drains and closes the bag; SIGKILL to what hangs.
@@ -206,6 +245,11 @@ class Launch:
             shared_memory.clean()
 
     def _end_spawner(self):
+        with contextlib.suppress(BrokenPipeError):
+            self.process.stdin.close()
+        self._wait_spawner()
+
+    def _wait_spawner(self):
         """It ends by itself when its last child has; on a machine that is too busy for that, it is killed with them."""
         try:
             self.process.wait(timeout=at_least(10.0))
@@ -243,7 +287,7 @@ def _specs(scenario, work, folder, pace, factor, timeout_s, check_bounds):
     specs = []
     for name, values in node_parameters(scenario, pace, factor, timeout_s, check_bounds, str(resolved)).items():
         if name == RECORDER:
-            values = {**values, "scenario": str(resolved), "out": str(folder)}
+            values = {**values, "scenario": str(resolved), "out": str(folder), "events": str(work / EVENTS)}
         path = work / f"{name}.yaml"
         path.write_text(yaml.safe_dump({f"/**/{name}": {"ros__parameters": values}}), encoding="utf-8", newline="\n")
         use = RECORDER if name == RECORDER else scenario.graph.nodes[name].use

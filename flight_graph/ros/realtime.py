@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from flight_graph.faults.report import REPORT
 from flight_graph.ros import lockstep
 from flight_graph.ros.clock import ClockInput
 from flight_graph.ros.ticks import Ticks, epoch_of
@@ -46,16 +47,17 @@ def run(node) -> None:
         node.match()
     else:
         node.look_around()
-    node.progress.tell(0)
+    if not node.settings.joins:
+        node.progress.tell(0)
     node.call("start", 0)
     began = time.monotonic()
     if node.settings.clock_master:
         lockstep.wait_for_nodes(node, 0)
         _run_master(node)
-    elif node.inputs:
+    elif node.inputs and node.component.inputs and not node.component.modes:
         _run_follower(node)
     else:
-        _run_source(node)
+        _run_by_the_clock(node)
     node.wall_s = time.monotonic() - began
     node.announce({"statistics": node.statistics.summary()})
 
@@ -63,6 +65,7 @@ def run(node) -> None:
 def _run_master(node):
     settings, statistics = node.settings, node.statistics
     wall_period = round(settings.period_ns / settings.factor)  # [ns]
+    beats = Beats(node)
     began = time.monotonic_ns()
     t_ns = tick = 0
     while not settings.duration_ns or t_ns < settings.duration_ns:
@@ -77,6 +80,7 @@ def _run_master(node):
         _gather(node, t_ns, deadline)
         statistics.latencies_us.append((time.monotonic_ns() - published) / 1e3)
         node.call("update", t_ns)
+        beats.check(t_ns)
         now = time.monotonic_ns()
         statistics.ticks += 1
         if now > deadline + wall_period:
@@ -225,12 +229,62 @@ def _trigger(node):
     return node.inputs[min(known)[1]] if known else next(iter(node.inputs.values()))
 
 
-def _run_source(node):
-    clock = ClockInput(node)
-    t_ns = 0
-    while not node.settings.duration_ns or t_ns < node.settings.duration_ns:
+def _run_by_the_clock(node):
+    """Fire at every period of /clock, with the inputs that have come by then or come within half a period."""
+    settings, clock = node.settings, ClockInput(node)
+    t_ns = -(-clock.first(node) // settings.period_ns) * settings.period_ns if settings.joins else 0
+    told = ComponentFaults(node)
+    while not settings.duration_ns or t_ns < settings.duration_ns:
         node.check_alive()
         node.parameters.refresh()
         clock.wait_until(t_ns, node)
-        lockstep.fire(node, node.component, t_ns)
-        t_ns += node.settings.period_ns
+        deadline = time.monotonic_ns() + round(0.5 * settings.period_ns / settings.factor)
+        for name, port in node.inputs.items():
+            _follow(node, name, port, t_ns, deadline)
+        node.call("kernel" if node.component.kernel is not None else "output", t_ns)
+        node.publish_outputs(t_ns)
+        node.call("update", t_ns)
+        told.tell(t_ns)
+        node.statistics.ticks += 1
+        t_ns += settings.period_ns
+        node.progress.tell(t_ns)
+
+
+class ComponentFaults:
+    """Tells the starter of the graph when a fault of a whole component begins and ends: it owns the processes."""
+
+    def __init__(self, node):
+        self._node, self._active = node, {}
+        if node.get_name() == REPORT and node.faults:
+            self._active = dict.fromkeys(node.faults.of_components(), False)
+
+    def tell(self, t_ns: int) -> None:
+        """Announce what has changed at t."""
+        for name, was in self._active.items():
+            now = bool(self._node.outputs[REPORT].record[name][0])
+            if now != was:
+                self._active[name] = now
+                self._node.announce({"fault": name, "active": now, "t": t_ns / SECOND})
+
+
+class Beats:
+    """Listens whether the other nodes live, and tells the starter of the graph which have fallen silent, again and again."""
+
+    def __init__(self, node):
+        self._node, self._silent = node, {}  # name -> when it was told last (monotonic) [s]
+        self._watches = {name: (node.watches[name], allowed / SECOND) for name, allowed in node.settings.beats.items()}
+
+    def check(self, t_ns: int) -> None:
+        """Look at all nodes at t."""
+        now = time.monotonic()
+        for name, (watch, allowed) in self._watches.items():
+            watch.read()
+            late = now - watch.heard > allowed
+            if late and now - self._silent.get(name, 0.0) > allowed:
+                if name not in self._silent:
+                    self._node.get_logger().error(f"the node {name} is silent since t = {max(watch.t_ns, 0) / SECOND:g} s")
+                self._silent[name] = now
+                self._node.announce({"silent": name, "came": max(watch.t_ns, 0) / SECOND, "t": t_ns / SECOND})
+            elif not late and name in self._silent:
+                del self._silent[name]
+                self._node.announce({"back": name, "t": t_ns / SECOND})

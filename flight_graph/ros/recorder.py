@@ -33,6 +33,7 @@ class Stream:
     def __init__(self, node, topic: RecordedTopic, epoch_ns: int, end_ns: int, group, slotted: bool = False):
         self.topic, self.end_ns = topic, end_ns
         self.lost, self.refused, self.next_ns, self.queue = 0, 0, 0, deque()
+        self.excused = False  # in realtime, of a node whose process may be stopped and killed: what it does not say is no loss
         self._epoch_ns, self._log = epoch_ns, node.get_logger()
         self.subscription = RawSubscription(node, topic.topic, topic.type_name, RECORDER, group)
         self._slots = SlotReader(self.subscription, RawSubscription(
@@ -57,7 +58,8 @@ class Stream:
             if stamp_ns is None and not messages:
                 continue
             t_ns = (self._stamp_ns(messages[0]) if stamp_ns is None else stamp_ns) - self._epoch_ns
-            self.lost += max(0, t_ns - self.next_ns) // self.topic.source_period_ns
+            if not self.excused:
+                self.lost += max(0, t_ns - self.next_ns) // self.topic.source_period_ns
             self.next_ns = t_ns + self.topic.source_period_ns
             if t_ns % self.topic.period_ns == 0 and t_ns < self.end_ns:
                 self.queue.extend((t_ns, message, now) for message in messages)
@@ -96,7 +98,7 @@ class Stream:
     @property
     def missing(self) -> int:
         """Messages that are still to come until the end of the run."""
-        return max(0, -(-(self.end_ns - self.next_ns) // self.topic.source_period_ns))
+        return 0 if self.excused else max(0, -(-(self.end_ns - self.next_ns) // self.topic.source_period_ns))
 
     def record(self, message):
         """The message as a record, for a formatter."""
@@ -111,10 +113,13 @@ class Recorder:
         self.node, self.bag, self.settings = node, bag, settings
         end_ns = settings.duration_ns or scenario.duration_ns
         self.streams, self.listeners, self._formatted = [], [], {}
+        faulty = {fault.place.node for fault in scenario.faults.of_components().values()}
         for topic in bag.topics:
             if topic.formatted is None:
                 slotted = scenario.faults.is_irregular(topic.node, topic.port)
                 self.streams.append(Stream(node, topic, scenario.epoch_ns, end_ns, group, slotted))
+                self.streams[-1].excused = not settings.lockstep and (
+                    topic.node in faulty or scenario.file.watchdog is not None)
             else:
                 self._formatted.setdefault((topic.node, topic.port), []).append(topic)
         self.end_ns = end_ns
@@ -125,7 +130,7 @@ class Recorder:
     def watermark(self) -> int:
         """Every message stamped before this has been taken. In realtime a late topic holds the others for `HOLD_S`: what
         is held here would be lost with this process."""
-        low = min(stream.next_ns for stream in self.streams)
+        low = min([stream.next_ns for stream in self.streams if not stream.excused] or [self.end_ns])
         if not self.settings.lockstep:
             long_ago = time.monotonic() - HOLD_S
             held = (t_ns + 1 for stream in self.streams for t_ns, _, taken in stream.queue if taken < long_ago)
@@ -158,7 +163,9 @@ class Recorder:
 
     @property
     def done(self) -> bool:
-        return all(stream.done for stream in self.streams)
+        """Whether all has come; of streams that are excused, what has come by then."""
+        return all(stream.done for stream in self.streams if not stream.excused) and not all(
+            stream.excused for stream in self.streams)
 
 
 def run(node, scenario: Scenario, folder: Path, settings) -> dict:
@@ -186,12 +193,20 @@ def run(node, scenario: Scenario, folder: Path, settings) -> dict:
         outcome = {"complete": str(recorder.done and not lost).lower(), "lost": str(sum(lost.values())),
                    **{f"lost {topic}": str(count) for topic, count in lost.items()},
                    **{f"refused {topic}": str(count) for topic, count in recorder.refused().items()}}
+        if done := _events(node):
+            bag.writer.metadata("flight_graph.watchdog", {str(number): text for number, text in enumerate(done)})
         bag.close(outcome)
     if settings.lockstep and lost:
         raise FlightError(f"{node.get_name()}: messages were lost in lockstep: " + ", ".join(
             f"{count} on {topic}" for topic, count in lost.items()))
     progress.tell(recorder.end_ns, now=True)
     return outcome
+
+
+def _events(node) -> list[str]:
+    """What was done to processes of the graph in this run."""
+    path = Path(node.events) if node.events else None
+    return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()] if path and path.exists() else []
 
 
 def _listeners(node, scenario, streams) -> list[RawSubscription]:

@@ -40,6 +40,7 @@ class RecorderNode(Node):
         self.pace = pace_text(pace, self._get("graph.factor", 1.0))
         self.scenario = recorder.read_scenario(self._required("scenario"))
         self.folder = Path(self._required("out"))
+        self.events = self._get("events", "")
         self.settings = RecorderSettings(
             lockstep=pace == "lockstep", epoch_ns=self.scenario.epoch_ns, duration_ns=self.scenario.duration_ns,
             window_ns=self._get("graph.window_ns", 10**9), timeout_s=self._get("graph.timeout_s", 30.0),

@@ -3,6 +3,7 @@
 Without them (a node started by hand) a component runs alone, in realtime, at its default rates and topics.
 """
 
+import json
 from dataclasses import dataclass, field
 
 from rcl_interfaces.msg import ParameterDescriptor
@@ -51,6 +52,9 @@ class Settings:
     subscribers: dict[str, int] = field(default_factory=dict)
     slotted: dict[str, bool] = field(default_factory=dict)  # outputs whose messages may be missing
     scenario: str = ""  # of the graph, where its faults concern this node
+    beats: dict[str, int] = field(default_factory=dict)  # realtime: node -> allowed time between two beats [ns]
+    beats_often: bool = False  # realtime: tell how far this node has come at every firing
+    joins: bool = False  # realtime: the graph runs already
 
     def output_period_ns(self, component, port: str) -> int:
         slower = component.output_rate_hz.get(port)
@@ -97,6 +101,9 @@ def declare(node, component) -> Settings:
             int(get(f"inputs.{port}.delay", 0, "0: the message of this stamp; 1: the one before")),
             is_connected=not settings.supervised or f"graph.inputs.{port}.topic" in node._parameter_overrides,
             slotted=bool(get(f"inputs.{port}.slotted", False, "whether faults may keep its messages back")))
+    settings.beats = json.loads(get("beats", "{}", "allowed time between beats of each node [ns], as JSON"))
+    settings.beats_often = bool(get("beats_often", False, "tell at every firing how far this node has come"))
+    settings.joins = bool(get("joins", False, "whether the graph runs already"))
     settings.scenario = get("scenario", "", "the scenario, where its faults concern this node: a name, or a file")
     for port in component.outputs:
         settings.slotted[port] = bool(get(f"outputs.{port}.slotted", False, "whether faults may keep its messages back"))

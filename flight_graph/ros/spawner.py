@@ -1,7 +1,7 @@
 """Starts the nodes of a graph quickly: one process imports everything once, and forks one child per node.
 
-Run as ``python -m flight_graph.ros.spawner`` with a JSON list on standard input: {"name", "use", "arguments"} each (``use``
-is a component or one of PROGRAMS). Events are JSON lines on standard output: {"node", "pid"}, what nodes announce, and
+Run as ``python -m flight_graph.ros.spawner`` with a JSON list on a line of standard input: {"name", "use", "arguments"} each
+(``use`` is a component or one of PROGRAMS). Further lines are nodes to start later. Events are JSON lines on standard output: {"node", "pid"}, what nodes announce, and
 {"node", "exit"}. The children get SIGTERM when this process dies, this process when its starter dies.
 """
 
@@ -10,13 +10,16 @@ import ctypes
 import importlib
 import json
 import os
+import select
 import signal
 import sys
+import time
 import traceback
 import warnings
 
 _PR_SET_PDEATHSIG = 1
 _PR_SET_NAME = 15
+_LOOK_S = 0.02  # [s] between two looks at children and orders
 PROGRAMS = {"recorder": "flight_graph.ros.recorder_node:run_recorder",
             "replayer": "flight_graph.ros.replay_runner:run_replayer"}
 
@@ -35,24 +38,58 @@ def name_process(name: str) -> None:
 
 def main() -> int:
     die_with_parent()
-    specs = json.load(sys.stdin)
+    orders = _Orders()
+    while not (found := orders.read(1.0)):
+        pass
+    specs = found[0]
     _import_once(specs)
     children, own = {}, os.getpid()
     announce = _announce("spawner")
     for spec in specs:
-        with warnings.catch_warnings(action="ignore", category=DeprecationWarning):
-            pid = os.fork()  # the middleware's libraries have started the tracer's threads, and only those
-        if pid == 0:
+        if (pid := _start(spec, announce)) == 0:
             return _child(spec, own)
         children[pid] = spec["name"]
-        announce({"node": spec["name"], "pid": pid})
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     while children:
-        pid, status = os.wait()
-        name = children.pop(pid, None)
-        if name is not None:
-            announce({"node": name, "exit": os.waitstatus_to_exitcode(status)})
+        for spec in orders.read(_LOOK_S):
+            if (pid := _start(spec, announce)) == 0:
+                return _child(spec, own)
+            children[pid] = spec["name"]
+        pid = 1
+        while children and pid:
+            pid, status = os.waitpid(-1, os.WNOHANG)
+            name = children.pop(pid, None)
+            if name is not None:
+                announce({"node": name, "exit": os.waitstatus_to_exitcode(status)})
     return 0
+
+
+def _start(spec, announce) -> int:
+    """Fork; 0 in the child."""
+    with warnings.catch_warnings(action="ignore", category=DeprecationWarning):
+        pid = os.fork()  # the middleware's libraries have started the tracer's threads, and only those
+    if pid:
+        announce({"node": spec["name"], "pid": pid})
+    return pid
+
+
+class _Orders:
+    """Nodes to start later, one JSON object a line of standard input."""
+
+    def __init__(self):
+        self._left, self._open = b"", True
+
+    def read(self, seconds: float) -> list[dict]:
+        """What has been ordered by now; waits for at most so long."""
+        if not self._open:
+            time.sleep(seconds)
+            return []
+        if not select.select([0], [], [], seconds)[0]:
+            return []
+        found = os.read(0, 65536)
+        self._open = bool(found)
+        *lines, self._left = (self._left + found).split(b"\n")
+        return [json.loads(line) for line in lines]
 
 
 def _import_once(specs):

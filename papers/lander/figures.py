@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from papers.lander import energy
 from papers.lander.metrics import seconds
 
 COLOURS = ("#0b6e99", "#c0392b", "#2e8b57")
@@ -177,6 +178,58 @@ def scatter(rows: dict, path) -> Path:
     return save(figure, path)
 
 
+BESIDE = {  # title -> what is set in the nominal scenario, or another one
+    "both terms": ("lander_nominal", {}),
+    "no terrain term": ("lander_nominal", {"controller.terrain_gain": 0.0}),
+    "no view term": ("lander_nominal", {"controller.view_gain": 0.0}),
+    "PD law": ("lander_pd", {}),
+}
+
+
+def constraints(flown: dict, path) -> Path:
+    """What each term of the potential is for. flown: title -> (scenario, signals), the first with both terms."""
+    plt = pyplot()
+    figure, panels = plt.subplots(2, 2, figsize=(12.0, 8.0), layout="constrained")
+    side, clearance, view, fall = panels.ravel()
+    for (title, (scenario, signals)), colour in zip(flown.items(), (*COLOURS, "#d68910")):
+        t, truth = flight(scenario, signals, "lander/truth")
+        x, y, z = truth["site_position"].T
+        values, distance = scenario.graph.nodes["plant"].values, np.linalg.norm(truth["site_position"], axis=1)
+        angle = np.where(distance > values["view_range"], np.degrees(truth["view_angle"]), np.nan)
+        width = 1.5
+        if title == "both terms":
+            width = 4.0
+            side.fill_between(np.hypot(x, y), keep_out(values, x, y), color="#c9b79c", alpha=0.6,
+                              label="keep-out, below the first")
+            draw_fall(fall, scenario, signals)
+        side.plot(np.hypot(x, y), z, color=colour, lw=width, label=title)
+        clearance.plot(t, truth["clearance"], color=colour, lw=width)
+        view.plot(t, angle, color=colour, lw=width)
+    side.set(title="Way to the site, from the side", xlabel="horizontal distance [m]", ylabel="z [m]")
+    clearance.set(title="Clearance d over the keep-out funnel", xlabel="time [s]", ylabel="d [m]")
+    view.set(title="Line of sight, |r| > 5 m", xlabel="time [s]", ylabel="angle [deg]")
+    clearance.axhline(0.0, color="k", ls="--", lw=1.0)
+    view.axhline(30.0, color="k", ls="--", lw=1.0)
+    side.legend(frameon=False)
+    for panel in panels.ravel():
+        panel.grid(alpha=0.25)
+    return save(figure, path)
+
+
+def draw_fall(panel, scenario, signals):
+    """L of the true motion, written a second time, and L_0 less what the damping has taken."""
+    t, truth = flight(scenario, signals, "lander/truth")
+    law = scenario.graph.nodes["controller"].values
+    v, w = truth["site_velocity"], truth["rates"]
+    level = energy.lyapunov(law, truth["mass"], truth["site_position"], v, truth["attitude"], w)
+    power = energy.dissipated(law, v, w)
+    taken = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(t) * (power[1:] + power[:-1]))])
+    panel.plot(t, level, color=COLOURS[0], lw=3.0, alpha=0.5, label="L along the true motion")
+    panel.plot(t, level[0] - taken, color="k", ls="--", lw=1.0, label="L(0) less what the damping takes")
+    panel.set(title="Lyapunov function, both terms", xlabel="time [s]", ylabel="J")
+    panel.legend(frameon=False)
+
+
 def draw(folder, progress=None, kept=None) -> list[Path]:
     """All figures of the paper's runs, into a folder; returns the files. progress(done, total, name).
 
@@ -186,17 +239,22 @@ def draw(folder, progress=None, kept=None) -> list[Path]:
     from flight_graph.runs import simulate
     from flight_graph.sweeps.sweep import Sweep
     names = ["lander_nominal", "lander_unconstrained", "lander_pd", "lander_estimated", "lander_bennu"]
-    drawn = []
+    drawn, made = [], kept or simulate
     for number, name in enumerate(names):
         scenario = load(name)
-        drawn.append(overview(scenario, (kept or simulate)(scenario), Path(folder) / f"{name}.png"))
+        drawn.append(overview(scenario, made(scenario), Path(folder) / f"{name}.png"))
         if progress:
-            progress(number + 1, len(names) + 1, name)
+            progress(number + 1, len(names) + 2, name)
+    loaded = {title: load(name, changes) for title, (name, changes) in BESIDE.items()}
+    drawn.append(constraints({title: (one, made(one)) for title, one in loaded.items()},
+                             Path(folder) / "lander_constraints.png"))
+    if progress:
+        progress(len(names) + 1, len(names) + 2, "lander_constraints")
     rows, logs = {}, {}
     for title, name in (("perfect", "lander_monte_carlo"), ("perturbed", "lander_monte_carlo_perturbed")):
         sweep = Sweep(load(name))
         rows[title] = [sweep.run(case, logs=logs).metrics for case in sweep.cases()]
     drawn.append(scatter(rows, Path(folder) / "lander_monte_carlo.png"))
     if progress:
-        progress(len(names) + 1, len(names) + 1, "lander_monte_carlo")
+        progress(len(names) + 2, len(names) + 2, "lander_monte_carlo")
     return drawn

@@ -8,6 +8,7 @@ from hypothesis import given, strategies
 
 from flight_graph.components.records import Array, Choice, Integers, Parameters, State, Vec3, field
 from flight_graph.errors import FlightError
+from flight_graph.graphs.scenario import Scenario, load
 
 
 class Example(Parameters):
@@ -85,3 +86,21 @@ def test_declarations_that_cannot_be_are_refused():
         type("Bad", (State,), {"__annotations__": {"sum": float}})
     with pytest.raises(FlightError, match="Bad.speed: complex is not allowed; allowed: float"):
         type("Bad", (Parameters,), {"__annotations__": {"speed": complex}})
+
+
+@pytest.mark.parametrize(("scenario", "settings", "said"), [
+    ("cubli_asteroid", {"controller.smoothing": 0.01}, "smoothing is given and has no effect with law implicit"),
+    ("cubli_asteroid_paper", {"controller.smoothing": 0.02}, None),
+    ("cubli_asteroid", {"controller.smoothing": 0.0}, None),  # the default changes nothing either way
+    ("spacerobot_harmonic_lyapunov", {"estimator.adaptation_diagonal": 2.0}, "it follows from other parameters"),
+    ("spacerobot_harmonic_rls", {"estimator.covariance_diagonal": 2.0}, "it follows from other parameters"),
+    ("spacerobot_harmonic_rls", {"estimator.covariance_diagonal": 2.0, "estimator.covariance": "given"}, None),
+])
+def test_a_parameter_without_effect_warns(scenario, settings, said):
+    found = [text for text in load(scenario, settings).warnings() if "has no effect" in text]
+    assert (found == []) if said is None else (len(found) == 1 and said in found[0])
+
+
+def test_what_a_bag_carries_warns_of_nothing_that_follows():
+    resolved = load("spacerobot_harmonic_lyapunov").resolved()
+    assert [text for text in Scenario(resolved, "bag").warnings() if "has no effect" in text] == []

@@ -42,6 +42,8 @@ RECORDS = [
              "did you mean 'gt' or 'ge'", where="LawParameters.slope: "),
     declared("unknown keyword of field", 'field(0.3, unit="1/s", gt=0)', 'field(0.3, units="1/s", gt=0)', "field has no 'units'",
              "did you mean 'unit'", where="LawParameters.slope: "),
+    declared("used_if of what is no choice", 'field(0.3, unit="1/s", gt=0)', 'field(0.3, used_if={"count": ["a"]})',
+             "used_if names 'count', which is no choice of this record", where="LawParameters.slope: "),
     declared("missing annotation", '    note: str = field("")\n', '    note = field("")\n', "it has no annotation",
              where="LawParameters.note: "),
 ]
