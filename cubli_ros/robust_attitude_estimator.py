@@ -58,8 +58,10 @@ class RobustEstimatorState(AttitudeEstimatorState):
     gyro_rejected: int
     gyro_isolations: int
     gyro_age: float = NEVER
+    gyro_refused_for: float = 1e9
     known_bias: Vec3
     measured_before: Quaternion
+    measured_for: float
     tracker_fix: bool
     tracker_lost: bool
     tracker_streak: int
@@ -88,6 +90,7 @@ def estimate(t_ns, p, x, inputs, outputs):
     if x.begun:
         x.tracker_age += p.period
         x.reopened_for += p.period
+        x.measured_for += p.period
         if x.gyro_lost:
             attitude_filter.carry(x, x.gyro_before - x.bias, p.period, p.gyro_sigma * p.period, p.coasting_walk)
         else:
@@ -97,6 +100,8 @@ def estimate(t_ns, p, x, inputs, outputs):
         if looked and x.tracker_fix and admit_tracker(p, x, measured):
             x.accepted += 1
             x.tracker_age = 0.0
+        if looked and x.tracker_fix:
+            x.measured_for = 0.0
     elif looked and x.tracker_fix:
         attitude_filter.start(p, x, measured)
         x.begun, x.accepted, x.tracker_age, x.measured_before = True, 1, 0.0, measured

@@ -15,15 +15,15 @@ are looked at but not taken, until `tracker_readmit` in a row are within the gat
 dead reckoning grows.
 
 Referee. A gyro whose bias jumps by little makes the tracker look wrong. Two things tell them apart while the tracker
-is isolated. A gyro's bias makes a difference that grows smoothly; a tracker's makes one that stays, or scatters. And
-the accelerometer: the corner rests, so its specific force f, turned into the balance frame by an attitude and
-averaged over `vertical_time`, must point along [1, 1, 1]; of two attitudes that differ by `referee_angle` or more,
-which is above the accelerations of balancing, the one that brings it nearer to that is the likelier one. It overrules
-the growth, but it does not see turns about the vertical. After so many `votes` in a row of either for the tracker the
-estimate is *reopened*: it begins again at the tracker's attitude, with a bias that may be off by
-`reopened_bias_sigma`. A second reopening within `reopen_again` isolates the gyro too. While the gyro is isolated, a
-tracker that does not scatter is all there is, and it is believed. A tracker that drifts slowly passes for a biased
-gyro: trackers hardly do.
+is isolated. A gyro's bias makes a difference that grows smoothly, and no faster than a step that the gyro's own test
+lets through (unless that test has just refused one); a tracker's makes one that stays, or scatters. And the
+accelerometer: the corner rests, so its specific force f, turned into the balance frame by an attitude and averaged
+over `vertical_time`, must point along [1, 1, 1]; an estimate that is off by `referee_angle`, which is above the
+accelerations of balancing, is wrong if the tracker is nearer. It overrules the growth, but it does not see turns
+about the vertical. After so many `votes` in a row of either for the tracker the estimate is *reopened*: it begins
+again at the tracker's attitude, with a bias that may be off by `reopened_bias_sigma`. A second reopening within
+`reopen_again` isolates the gyro too. While the gyro is isolated, a tracker that does not scatter is all there is, and
+it is believed. A tracker that drifts slowly passes for a biased gyro.
 """
 
 import math
@@ -50,14 +50,20 @@ def is_sound(p, x, gyro):
         return False
     if x.gyro_lost:
         return largest(abs(gyro - x.known_bias - (x.gyro_before - x.bias))) <= p.bias_limit
-    allowed = p.acceleration_limit * (x.gyro_age + p.period) + NOISE * p.gyro_sigma
-    return x.gyro_age < 0.0 or largest(abs(gyro - x.gyro_before)) <= allowed
+    return x.gyro_age < 0.0 or largest(abs(gyro - x.gyro_before)) <= largest_step(p, x.gyro_age + p.period)
+
+
+@kernel
+def largest_step(p, span):
+    """What a gyro axis may change by [rad/s] within a span [s]."""
+    return p.acceleration_limit * span + NOISE * p.gyro_sigma
 
 
 @kernel
 def admit_gyro(p, x, gyro, fresh):
     """The sample to go on with [rad/s]: this one, or the last good one. Isolates and re-admits. fresh: it is of now."""
     sound = fresh and is_sound(p, x, gyro)
+    x.gyro_refused_for = x.gyro_refused_for + p.period if sound else 0.0
     x.gyro_streak = x.gyro_streak + 1 if sound == x.gyro_lost else 0
     if x.gyro_lost and x.gyro_streak >= p.gyro_readmit:
         x.bias += gyro - x.gyro_before
@@ -146,13 +152,15 @@ def judged_right(p, x, measured):
     growth, x.innovation_before = x.innovation - x.innovation_before, x.innovation
     smooth = largest(abs(growth - x.growth_before)) < SMOOTH * p.star_tracker_sigma
     x.growth_before = growth
+    allowed = largest_step(p, p.period) * x.measured_for + SMOOTH * p.star_tracker_sigma
+    plausible = largest(abs(growth)) <= allowed or x.gyro_refused_for < p.reopen_again
     grown = norm(x.innovation) > 2.0 * norm(x.first_innovation) + GROWN * p.star_tracker_sigma
-    x.steady = x.steady + 1 if smooth and (grown or x.gyro_lost) else 0
+    x.steady = x.steady + 1 if smooth and (grown and plausible or x.gyro_lost) else 0
     if has_vertical(p, x):
         mine = x.vertical / norm(x.vertical)
         theirs = rotate(turn, mine)
         if norm(mine - theirs) >= p.referee_angle:
-            for_tracker = norm(theirs - UP) < norm(mine - UP)
+            for_tracker = norm(theirs - UP) < norm(mine - UP) and norm(mine - UP) >= p.referee_angle
             x.votes = x.votes + 1 if for_tracker else 0
             x.steady = x.steady if for_tracker else 0
     if x.votes < p.votes and x.steady < p.votes:
