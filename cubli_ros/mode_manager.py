@@ -122,7 +122,7 @@ def start(p, x):
 @kernel
 def age(now, stamp):
     """Age [s] of a message; large where none has come."""
-    return (now.sec - stamp.sec) + (now.nanosec - stamp.nanosec) * 1e-9
+    return (now.sec - stamp.sec) + (1e-9 * now.nanosec - 1e-9 * stamp.nanosec)
 
 
 @kernel
