@@ -26,6 +26,7 @@ class Outcome:
     statistics: dict = field(default_factory=dict)
     lost: int = 0
     domain: int | None = None
+    notes: list = field(default_factory=list)  # what was done to processes
 
 
 def new_folder(wanted: Path | None, scenario: Scenario, engine: str) -> Path:
@@ -126,4 +127,4 @@ def _ros(scenario, folder, pace, factor, progress, compiling, check_bounds, tell
     signals = BagSignals(read_bag(folder), scenario)
     return Outcome(folder, "ros", pace_text(pace, factor), result.wall_s, 0.0,
                    metrics.compute(scenario, signals), result.statistics, int(result.outcome.get("lost", 0)),
-                   result.domain)
+                   result.domain, result.notes)

@@ -99,9 +99,12 @@ def run(
             "scenario": loaded.name, "bag": str(outcome.bag), "engine": outcome.engine, "pace": outcome.pace,
             "seed": loaded.seed, "wall_s": outcome.wall_s, "compile_s": outcome.compile_s, "lost": outcome.lost,
             "ros_domain_id": outcome.domain,
-            "metrics": outcome.metrics, "statistics": outcome.statistics, "warnings": loaded.warnings()}))
+            "metrics": outcome.metrics, "statistics": outcome.statistics, "watchdog": outcome.notes,
+            "warnings": loaded.warnings()}))
         return
     console.print(metrics_table(loaded, outcome))
+    for note in outcome.notes:
+        status(note)
     if outcome.lost:
         status(f"{outcome.lost} messages were lost (realtime); the bag's metadata says which")
     print(outcome.bag)

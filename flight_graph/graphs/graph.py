@@ -84,6 +84,12 @@ class Graph:
             for port, signal in node.component.outputs.items():
                 yield node, port, signal
 
+    @property
+    def clock_master(self) -> str:
+        """The node that sets the time over ROS: the first that moves with it, or the first."""
+        moving = (node.name for node in self.nodes.values() if node.component.update is not None)
+        return next(moving, next(iter(self.nodes)))
+
     def ticks(self, node: Node) -> int:
         """Period of a node in ticks."""
         return node.period_ns // self.base_ns

@@ -50,7 +50,7 @@ def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: flo
     origin: the name or the file of the scenario, for nodes with faults (by default its name).
     """
     graph, faults = scenario.graph, scenario.faults
-    master = _clock_master(graph)
+    master = graph.clock_master
     names = [name for name in graph.nodes if name != master] + [RECORDER]
     window_ns = WINDOW * min(node.period_ns for node in graph.nodes.values())
     recorded = set(scenario.recorded())
@@ -108,7 +108,7 @@ def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float 
             tell(domain.sentence())
         launch = Launch(specs, RosRun(Path(folder)), pace == "lockstep", progress, domain)
         if pace == "realtime":
-            own = {spec["name"]: spec for spec in specs if spec["name"] not in (RECORDER, _clock_master(scenario.graph))}
+            own = {spec["name"]: spec for spec in specs if spec["name"] not in (RECORDER, scenario.graph.clock_master)}
             launch.supervisor = Supervisor(scenario, launch, own, Path(work) / EVENTS)
         result = launch.run()
         result.notes = launch.supervisor.notes if launch.supervisor else []
@@ -294,13 +294,6 @@ def _specs(scenario, work, folder, pace, factor, timeout_s, check_bounds):
         specs.append({"name": name, "use": use, "check_bounds": check_bounds,
                       "arguments": ["--ros-args", "-r", f"__node:={name}", "--params-file", str(path)]})
     return specs
-
-
-def _clock_master(graph) -> str:
-    for node in graph.nodes.values():
-        if node.component.update is not None:
-            return node.name
-    return next(iter(graph.nodes))
 
 
 def refuse(scenario: Scenario) -> None:

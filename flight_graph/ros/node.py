@@ -186,8 +186,6 @@ class ComponentNode(LifecycleNode):
             self._refuse_second_source()
         deadline = time.monotonic() + self.settings.timeout_s
         while missing := self._unmatched():
-            import sys
-            if self.settings.joins: print("MATCH", time.monotonic(), self.get_name(), missing, file=sys.stderr, flush=True); time.sleep(0.2)
             self.check_alive()
             if time.monotonic() > deadline:
                 raise FlightError(f"{self.get_name()}: waited {self.settings.timeout_s:g} s for {missing}")

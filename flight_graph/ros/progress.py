@@ -64,7 +64,7 @@ class Watch:
         while (message := self._subscription.take()) is not None:
             sec, nanosec = struct.unpack_from("<iI", message, 4)
             self.heard = time.monotonic()
-            self.t_ns = sec * SECOND + nanosec - self._epoch_ns
+            self.t_ns = max(self.t_ns, sec * SECOND + nanosec - self._epoch_ns)  # one that was started again begins at 0
         return self.t_ns
 
     def abandoned_s(self) -> float:

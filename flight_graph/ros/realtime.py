@@ -47,8 +47,7 @@ def run(node) -> None:
         node.match()
     else:
         node.look_around()
-    if not node.settings.joins:
-        node.progress.tell(0)
+    node.progress.tell(0)
     node.call("start", 0)
     began = time.monotonic()
     if node.settings.clock_master:

@@ -118,8 +118,8 @@ class Recorder:
             if topic.formatted is None:
                 slotted = scenario.faults.is_irregular(topic.node, topic.port)
                 self.streams.append(Stream(node, topic, scenario.epoch_ns, end_ns, group, slotted))
-                self.streams[-1].excused = not settings.lockstep and (
-                    topic.node in faulty or scenario.file.watchdog is not None)
+                self.streams[-1].excused = not settings.lockstep and (topic.node in faulty or (
+                    scenario.file.watchdog is not None and topic.node != scenario.graph.clock_master))
             else:
                 self._formatted.setdefault((topic.node, topic.port), []).append(topic)
         self.end_ns = end_ns
@@ -130,7 +130,7 @@ class Recorder:
     def watermark(self) -> int:
         """Every message stamped before this has been taken. In realtime a late topic holds the others for `HOLD_S`: what
         is held here would be lost with this process."""
-        low = min([stream.next_ns for stream in self.streams if not stream.excused] or [self.end_ns])
+        low = min(stream.next_ns for stream in self.streams)
         if not self.settings.lockstep:
             long_ago = time.monotonic() - HOLD_S
             held = (t_ns + 1 for stream in self.streams for t_ns, _, taken in stream.queue if taken < long_ago)
@@ -164,8 +164,7 @@ class Recorder:
     @property
     def done(self) -> bool:
         """Whether all has come; of streams that are excused, what has come by then."""
-        return all(stream.done for stream in self.streams if not stream.excused) and not all(
-            stream.excused for stream in self.streams)
+        return all(stream.done for stream in self.streams if not stream.excused)
 
 
 def run(node, scenario: Scenario, folder: Path, settings) -> dict:

@@ -15,7 +15,7 @@ import yaml
 from flight_graph.ros.patience import at_least
 
 _BACK_S = 20.0  # [s] a node that was started again is there within this time, or it has failed
-_FIRST_BEAT_S = 2.0  # [s] after that, until it beats
+_FIRST_BEAT_S = 10.0  # [s] after that, until it beats: the middleware's discovery can take seconds on a busy machine
 
 
 class Supervisor:
