@@ -28,7 +28,7 @@ there once, its absence is no cause for `start_time`.
 import math
 
 from cubli_ros.appc_controller import RoverModel
-from cubli_ros.attitude import is_known
+from cubli_ros.attitude import is_fix, is_known
 from cubli_ros.contact_guard import kept_share
 from cubli_ros.safe_laws import brake_torque, hold_torque, rest_axis, rest_torque, within, without_wheel
 from cubli_ros.sensor_admission import UP
@@ -57,6 +57,7 @@ BALANCE, HOLD, REST = 0, 1, 2  # modes
 ITSELF, START = -2.0, -1.0  # causes, beside the number of an actionpoint
 ESTIMATE, GYRO, NO_RATE = 2.0, 1.0, 0.0  # sources of the rate
 SOUND, SEVERAL = -1, -2  # lost wheels, beside the number of one
+FORCE_LIMIT = 10.0  # [-] of g: a larger averaged specific force is none
 SMALL = 1e-9  # [-] a level direction that is no direction
 
 
@@ -158,6 +159,7 @@ def observe(t, p, x, now, inputs):
     elif age(now, imu.header.stamp) <= p.estimate_age and not (
             age(now, status.header.stamp) <= p.estimate_age and status.gyro_admitted == 0.0 and x.seen):
         omega, x.source = imu.angular_velocity - x.bias, GYRO
+    mend(p, x)
     step = quaternion_from_rotation_vector(p.period * omega)
     if same_stamp(imu.header.stamp, now):
         average(p, x, step, imu.linear_acceleration)
@@ -169,6 +171,15 @@ def observe(t, p, x, now, inputs):
     x.turned = normalised(x.turned * step)
     lose_wheels(x, inputs.wheel_status.failed)
     return omega, up
+
+
+@kernel
+def mend(p, x):
+    """What an upset memory cell has made impossible begins anew."""
+    if not is_fix(x.turned):
+        x.turned = Quaternion(0.0, 0.0, 0.0, 1.0)
+    if not norm(x.force) <= FORCE_LIMIT * p.gravity:
+        x.force = same(0.0)
 
 
 @kernel

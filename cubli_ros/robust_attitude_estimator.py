@@ -22,10 +22,12 @@ from cubli_ros.attitude_estimator import (
 from cubli_ros.sensor_admission import admit_gyro, admit_tracker, average_vertical, tilt_residual
 from flight_graph.components.component import Component, same_stamp
 from flight_graph.components.records import field
-from flight_math import Quaternion, Vec3, diagonal_of, kernel, total
+from flight_math import Quaternion, Vec3, diagonal, diagonal_of, kernel, largest, same, smallest, total, transpose
 from msg_schemas import cubli
 
 NEVER = -1.0  # [s] age of what has not come yet
+LARGEST_VARIANCE = 100.0  # [rad^2] of an attitude
+MARGIN = 1.01  # [-] of rounding in |P_c|^2 <= tr(P_a) tr(P_b), which every covariance keeps
 
 
 class RobustEstimatorParameters(AttitudeEstimatorParameters):
@@ -35,6 +37,7 @@ class RobustEstimatorParameters(AttitudeEstimatorParameters):
     gyro_limit: int = field(5, ge=1, doc="refused gyro samples in a row that isolate it")
     gyro_readmit: int = field(100, ge=1, doc="sound gyro samples in a row that bring it back")
     bias_limit: float = field(5e-3, unit="rad/s", gt=0, doc="an isolated gyro is sound within this of the tracker's rate")
+    largest_bias: float = field(0.02, unit="rad/s", gt=0, doc="a larger bias of the gyro is an upset of the filter's memory")
     coasting_walk: float = field(2e-4, unit="rad/s", gt=0, doc="without gyro: random walk of the rate in a sample")
     tracker_limit: int = field(3, ge=1, doc="refused star tracker measurements in a row that isolate it")
     tracker_readmit: int = field(8, ge=1, doc="consistent measurements in a row that bring it back")
@@ -74,6 +77,7 @@ class RobustEstimatorState(AttitudeEstimatorState):
     votes: int
     steady: int
     reopened: int
+    restarts: int
     reopened_for: float
     vertical: Vec3
     vertical_age: float
@@ -84,6 +88,8 @@ def estimate(t_ns, p, x, inputs, outputs):
     imu, attitude = inputs.imu, outputs.attitude
     now, measured = attitude.header.stamp, inputs.star_tracker.quaternion
     imu_fresh, looked = same_stamp(imu.header.stamp, now), same_stamp(inputs.star_tracker.header.stamp, now)
+    if x.begun and not is_possible(p, x):
+        restart(x)
     gyro = admit_gyro(p, x, imu.angular_velocity, imu_fresh)
     if looked:
         x.tracker_fix = is_fix(measured)
@@ -118,6 +124,28 @@ def estimate(t_ns, p, x, inputs, outputs):
 
 
 @kernel
+def is_possible(p, x):
+    """Whether the filter's memory can be one: an upset memory cell makes a quaternion or a covariance that is none."""
+    attitude, bias = diagonal_of(x.attitude_covariance), diagonal_of(x.bias_covariance)
+    largest_product = MARGIN * total(attitude) * total(bias)
+    crossed = total(diagonal_of(x.cross_covariance @ transpose(x.cross_covariance)))
+    largest_bias = p.rate_limit if x.gyro_lost else p.largest_bias
+    return (is_fix(x.quaternion) and largest(abs(x.bias)) <= largest_bias and largest(abs(x.gyro_before)) <= p.rate_limit
+            and smallest(attitude) >= 0.0 and largest(attitude) <= LARGEST_VARIANCE and smallest(bias) >= 0.0
+            and largest(bias) <= p.rate_limit * p.rate_limit and crossed <= largest_product)
+
+
+@kernel
+def restart(x):
+    """Forget the estimate; it begins again with the next measurement. What is known of the sensors stays."""
+    x.begun, x.tracker_lost, x.tracker_streak = False, False, 0
+    x.bias, x.gyro_before, x.vertical, x.vertical_age = same(0.0), x.gyro_raw, same(0.0), 0.0
+    x.attitude_covariance = x.cross_covariance = x.bias_covariance = diagonal(same(0.0))
+    x.innovation, x.innovation_squared = same(0.0), 0.0
+    x.restarts += 1
+
+
+@kernel
 def tell(p, x, telemetry, status):
     """What the filter holds, and what it trusts."""
     x.rejected = x.tracker_rejected
@@ -132,7 +160,7 @@ def tell(p, x, telemetry, status):
     status.tracker_fix = x.tracker_fix
     status.tracker_rejected, status.gyro_rejected = x.tracker_rejected, x.gyro_rejected
     status.tracker_isolations, status.gyro_isolations = x.tracker_isolations, x.gyro_isolations
-    status.reopened = x.reopened
+    status.reopened, status.restarts = x.reopened, x.restarts
     status.tilt_residual = tilt_residual(p, x)
 
 

@@ -62,6 +62,8 @@ def largest_step(p, span):
 @kernel
 def admit_gyro(p, x, gyro, fresh):
     """The sample to go on with [rad/s]: this one, or the last good one. Isolates and re-admits. fresh: it is of now."""
+    if not x.gyro_lost and x.gyro_age == 0.0 and norm(gyro - x.gyro_raw) < norm(gyro - x.gyro_before):
+        x.gyro_before = x.gyro_raw  # the same number in two places: one of them was upset
     sound = fresh and is_sound(p, x, gyro)
     x.gyro_refused_for = x.gyro_refused_for + p.period if sound else 0.0
     x.gyro_streak = x.gyro_streak + 1 if sound == x.gyro_lost else 0

@@ -10,12 +10,13 @@ the limit hides its failure.
 
 from flight_graph.components.component import Component, same_stamp
 from flight_graph.components.records import Parameters, State, field
-from flight_math import Vec3, elementwise, kernel, largest, where
+from flight_math import Vec3, clip, elementwise, kernel, largest, where
 from msg_schemas import cubli
 
 
 class WheelMonitorParameters(Parameters):
     wheel_inertia: float = field(1.0e-3, unit="kg m^2", gt=0, doc="of each wheel about its axis")
+    torque_limit: float = field(0.02, unit="N m", gt=0, doc="each wheel's largest torque")
     filter_time: float = field(0.2, unit="s", gt=0, doc="time constant of the filters")
     residual_limit: float = field(3e-5, unit="N m", gt=0, doc="a larger residual is a failure")
     relative_limit: float = field(0.15, unit="1", ge=0, doc="plus this part of the largest torque that a wheel gives")
@@ -45,13 +46,19 @@ def verdict(failed, beyond, within, fail_time, clear_time):
 
 
 @kernel
+def limited(p, torque):
+    """A torque [N m] within twice what a wheel can give: one wild number is not remembered for long."""
+    return clip(torque, -2.0 * p.torque_limit, 2.0 * p.torque_limit)
+
+
+@kernel
 def watch(t_ns, p, x, wheels, command, status):
     if same_stamp(wheels.header.stamp, status.header.stamp):
         if x.begun:
             part = p.period / (p.filter_time + p.period)
-            torque = p.wheel_inertia * (x.speed - wheels.velocity) / p.period
-            x.torque += part * (torque - x.torque)
-            x.residual += part * (torque - command.effort - x.residual)
+            torque = limited(p, p.wheel_inertia * (x.speed - wheels.velocity) / p.period)
+            x.torque = limited(p, x.torque) + part * (torque - limited(p, x.torque))
+            x.residual = limited(p, x.residual) + part * (torque - limited(p, command.effort) - limited(p, x.residual))
             limit = p.residual_limit + p.relative_limit * largest(abs(x.torque))
             x.beyond = where(abs(x.residual) > limit, x.beyond + p.period, 0.0)
             x.within = where(abs(x.residual) > 0.5 * limit, 0.0, x.within + p.period)

@@ -125,6 +125,7 @@ ESTIMATOR_STATUS = named_vector("cubli/estimator_status", BASE, {
     "tracker_isolations": Quantity(None, "1", "how often the star tracker was isolated"),
     "gyro_isolations": Quantity(None, "1", "how often the gyro was isolated"),
     "reopened": Quantity(None, "1", "how often the gyro's bias was found to be wrong, and attitude and bias begun anew"),
+    "restarts": Quantity(None, "1", "how often its own memory was found to be impossible, and begun anew"),
     "tilt_residual": Quantity(None, "rad", "between the estimate's vertical and the accelerometer's; 0 where it has none"),
 }, Role.TELEMETRY, doc="what the robust attitude estimator trusts, and why")
 WHEEL_STATUS = named_vector("cubli/wheel_status", BASE, {
