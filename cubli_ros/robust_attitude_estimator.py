@@ -37,7 +37,7 @@ class RobustEstimatorParameters(AttitudeEstimatorParameters):
     gyro_limit: int = field(5, ge=1, doc="refused gyro samples in a row that isolate it")
     gyro_readmit: int = field(100, ge=1, doc="sound gyro samples in a row that bring it back")
     bias_limit: float = field(5e-3, unit="rad/s", gt=0, doc="an isolated gyro is sound within this of the tracker's rate")
-    largest_bias: float = field(0.02, unit="rad/s", gt=0, doc="a larger bias of the gyro is an upset of the filter's memory")
+    largest_bias: float = field(0.02, unit="rad/s", gt=0, doc="a larger bias is an upset of the filter's memory")
     coasting_walk: float = field(2e-4, unit="rad/s", gt=0, doc="without gyro: random walk of the rate in a sample")
     tracker_limit: int = field(3, ge=1, doc="refused star tracker measurements in a row that isolate it")
     tracker_readmit: int = field(8, ge=1, doc="consistent measurements in a row that bring it back")
