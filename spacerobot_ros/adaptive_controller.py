@@ -1,6 +1,6 @@
 """The adaptive controller as a component: reference, state and parameter estimate in, torques of base and joints out.
 
-Source: Aerospace 2023, 10(10), 679, equations (31)-(33), (38); the law is in `spacerobot_ros.adaptive_law`.
+Source: Aerospace 2023, 10(8), 679, equations (31)-(33), (38); the law is in `spacerobot_ros.adaptive_law`.
 The estimate may be the one of this sample or, with a delay of one in the graph, of the sample before. Until a first one
 is there, and without an estimator, the controller uses its own prior.
 """

@@ -1,6 +1,6 @@
 """Adaptive control of base attitude and joints (Slotine and Li) on the estimated parameters.
 
-Source: Aerospace 2023, 10(10), 679, equations (31)-(33), (38). Errors and gains have 3+n elements: attitude, joints.
+Source: Aerospace 2023, 10(8), 679, equations (31)-(33), (38). Errors and gains have 3+n elements: attitude, joints.
 Attitude error by quaternion: dq = q^-1 q_d, e = 2 sgn(dq0) dq_v (body axes). References:
 w_r = dR w_d + Lambda e, al_r = dR w_d_dot - w x (dR w_d) + Lambda e_dot, likewise for joints;
 sigma = [w_r - w, thd_r - thd]; u = Y(theta, v, v_r, v_r_dot) pi_hat + K_D sigma.

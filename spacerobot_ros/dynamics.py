@@ -1,6 +1,6 @@
 """Rigid-body dynamics of the tree: inverse dynamics, mass matrix, the mass matrix with linear momentum eliminated.
 
-Source: Aerospace 2023, 10(10), 679, equations (16)-(20), (26), written in the inertial parameters pi (ten per body,
+Source: Aerospace 2023, 10(8), 679, equations (16)-(20), (26), written in the inertial parameters pi (ten per body,
 see `spacerobot_ros.regressor`). Generalised accelerations are [a (base origin, base axes), omega_dot, theta_ddot],
 wrenches [base force (N), base moment (N m), joint torques (N m)].
 """

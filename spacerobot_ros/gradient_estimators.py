@@ -1,6 +1,6 @@
 """Lyapunov's law and natural adaptation as components: the control law's errors in, inertial parameters out.
 
-Source: Aerospace 2023, 10(10), 679, equations (43)-(45); `spacerobot_ros.lyapunov_law`, and for natural adaptation
+Source: Aerospace 2023, 10(8), 679, equations (43)-(45); `spacerobot_ros.lyapunov_law`, and for natural adaptation
 (Lee, Kwon, Park 2018) `spacerobot_ros.natural_adaptation`. They run behind the controller in a sample, on its sigma and its
 reference signals, so their estimate reaches the controller with a delay of one sample. No torque is measured: while an
 actuator is at its limit, sigma says nothing about the parameters and the estimate rests.

@@ -1,6 +1,6 @@
 """Kinematics of a base that flies freely and n revolute joints in a tree.
 
-Source: Aerospace 2023, 10(10), 679, equations (8), (13), (14), with separate actual and reference velocities (Slotine
+Source: Aerospace 2023, 10(8), 679, equations (8), (13), (14), with separate actual and reference velocities (Slotine
 and Li): w_r and theta_dot_r are the velocities that enter linearly, w and theta_dot the measured ones.
 
 Body 0 is the base; joint i carries body i+1. Quaternions turn body axes into inertial axes; angular velocities are in

@@ -1,6 +1,6 @@
 """Recursive least squares as a component: measured motion and torques in, inertial parameters out.
 
-Source: Aerospace 2023, 10(10), 679, equations (39)-(41); the update is in `spacerobot_ros.recursive_least_squares`.
+Source: Aerospace 2023, 10(8), 679, equations (39)-(41); the update is in `spacerobot_ros.recursive_least_squares`.
 The torque is the one held over the interval that ends now, the accelerations are those at its end.
 """
 

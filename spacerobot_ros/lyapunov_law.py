@@ -1,6 +1,6 @@
 """Parameter update by Lyapunov's method: pi_dot = K_pi^-1 Y^T sigma, no torque measurement needed.
 
-Source: Aerospace 2023, 10(10), 679, equations (43)-(45), with Y(theta, v, v_r, v_r_dot) of the control law in place of
+Source: Aerospace 2023, 10(8), 679, equations (43)-(45), with Y(theta, v, v_r, v_r_dot) of the control law in place of
 the actual accelerations. With the seven moment and torque rows a term of the base's force rows is left in the proof;
 with all ten rows, sigma extended in front by the integral of a_r - a (Walker and Wee), the proof is exact.
 """

@@ -1,6 +1,6 @@
 """The space robot as data: a base and up to 12 revolute joints in a tree, read from one YAML file.
 
-Source: Aerospace 2023, 10(10), 679, section 4; the paper's Tables 1 and 2 of masses are not in its text, so the numbers
+Source: Aerospace 2023, 10(8), 679, section 4; the paper's Tables 1 and 2 of masses are not in its text, so the numbers
 of `models/mini_space_robot.yaml` are our own. A URDF is read by `spacerobot_ros.urdf`; `spacerobot_ros.robot_files`
 finds a robot by name or file.
 """

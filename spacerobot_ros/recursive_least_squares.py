@@ -1,6 +1,6 @@
 """Recursive least squares for the inertial parameters.
 
-Source: Aerospace 2023, 10(10), 679, equations (39)-(41): pi += K (tau - Y pi), K = G Y^T (Y G Y^T + E)^-1,
+Source: Aerospace 2023, 10(8), 679, equations (39)-(41): pi += K (tau - Y pi), K = G Y^T (Y G Y^T + E)^-1,
 G = (E - K Y) G. E = 1 (N m)^2, so G is relative to it: G0 = P0 / sigma_tau^2 for a prior covariance P0.
 With S = Y G Y^T + E = L L^T and Z = L^-1 Y G this is pi += Z^T L^-1 (tau - Y pi), G -= Z^T Z, symmetric as it stands.
 

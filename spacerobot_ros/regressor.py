@@ -1,6 +1,6 @@
 """Regressor of the space robot: the dynamics as Y pi, linear in the inertial parameters.
 
-Source: Aerospace 2023, 10(10), 679, equation (29) and appendix A, corrected: the inward pass carries force and moment
+Source: Aerospace 2023, 10(8), 679, equation (29) and appendix A, corrected: the inward pass carries force and moment
 of each body through every joint (f_p = R f, n_p = R n + P x R f), and the force rows of the base are kept. The only
 translational signal is a, the inertial acceleration of the base's origin in base axes; base velocity drops out.
 

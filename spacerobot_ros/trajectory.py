@@ -1,6 +1,6 @@
 """Desired motion of base attitude and joints: step, quintic slew, harmonics.
 
-Source: Aerospace 2023, 10(10), 679, sections 4.1 (step from Theta_0 to Theta_f) and 4.3 (harmonics). A channel is one
+Source: Aerospace 2023, 10(8), 679, sections 4.1 (step from Theta_0 to Theta_f) and 4.3 (harmonics). A channel is one
 of [roll, pitch, yaw (Euler ZYX), theta_1 .. theta_n]. Every motion returns the `Desired` attitude and fills ``joints``
 (3, n): theta, theta_dot, theta_ddot. ``p``: the parameters of the trajectory generator.
 """

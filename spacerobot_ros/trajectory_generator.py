@@ -1,6 +1,6 @@
 """Desired motion as a component: a step, a quintic slew, or harmonics of base attitude and joints.
 
-Source: Aerospace 2023, 10(10), 679, sections 4.1 and 4.3; the motions are in `spacerobot_ros.trajectory`.
+Source: Aerospace 2023, 10(8), 679, sections 4.1 and 4.3; the motions are in `spacerobot_ros.trajectory`.
 Channels: roll, pitch, yaw (Euler ZYX), then the joints.
 """
 

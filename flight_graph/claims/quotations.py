@@ -8,7 +8,7 @@ import unicodedata
 
 from flight_graph.claims.claims_file import Claim
 
-_TAG = re.compile(r"<[^<>]*>")
+_TAG = re.compile(r"</?[A-Za-z!|][^<>]*>")  # not what stands between two inequalities
 _LINK = re.compile(r"\]\([^()\s]*\)")
 _MARK = re.compile(r"[\W_]+")
 

@@ -220,7 +220,7 @@ class Flight:
     def _stopped(self, name, part, code):
         component = self._graph.nodes[name].component
         records = Records(self.arrays[f"P_{name}"], self.arrays[f"X_{name}"], {
-            port: self.arrays.get(f"E_{name}_{port}", self.arrays[f"O_{name}_{port}"]) for port in component.outputs})
+            port: self.arrays.get(f"E_{name}.{port}", self.arrays[f"O_{name}.{port}"]) for port in component.outputs})
         errors = self._codes[name][part].errors if self._codes else None
         sentence = stop_sentence(name, part, component, code, records, self._seconds(), errors)
         self.stop = RunStopped(sentence, REASONS[code], self._tick * self._graph.base_ns)

@@ -34,19 +34,19 @@ EFFECT = table("op begin end every span when when_end key each ticks bit target 
                "acts cause again",
                "value ramp chance")  # times [ns]; addresses: when, target, stamp, buffer, memory
 MEMORY = table("active onset latched since counted head filled")
-STEP = table("op a b address kind epoch_ns", "constant value")  # of a condition; a, b: addresses of earlier steps
+STEP = table("op a b address kind size epoch_ns", "constant value")  # of a condition; a, b: addresses of earlier steps
 CHANNEL = table("origin record length visible effects effects_end delivered")
 OWN = table("ends ends_end effects effects_end channels channels_end parameters nominal parameters_size state fresh "
             "state_size first is_down")  # of a firing; first: of the component's first part, in its second
 EFFECT_SIZE, STEP_SIZE, CHANNEL_SIZE = EFFECT.itemsize, STEP.itemsize, CHANNEL.itemsize
-DOUBLE, SINGLE, SIGNED, UNSIGNED, BYTE = range(5)  # kinds of a number that a condition reads
+DOUBLE, SINGLE, SIGNED, UNSIGNED = range(4)  # kinds of a number that a condition reads
 
 FLAG, BIAS, SCALE, DRIFT, STUCK, HOLD, NOISE, QUANTISE, SATURATE, BIT_FLIP = range(10)
 ACT, REQUEST = 10, 11  # of monitors
-DROP, DELAY, DUPLICATE, FREEZE, STALE, ON_CHANGE = range(12, 18)
-DOWN, RESTART = 18, 19
+DROP, DELAY, DUPLICATE, FREEZE, STALE, ON_CHANGE, LOSE = range(12, 19)
+DOWN, RESTART = 19, 20
 GOES_ON, IS_DOWN, BEGINS_ANEW = range(3)  # of a component
-_NANO = 1e-9  # [s]
+_SECOND = 1e9  # [ns] divided by, not multiplied with its inverse: 0.3 s is the number that a person writes
 _WHOLE = 4503599627370496.0  # 2^52: every larger float64 is a whole number
 
 (_CONSTANT, _TIME, _READ, _ADD, _SUBTRACT, _MULTIPLY, _DIVIDE, _NEGATE, _ABS, _MIN, _MAX, _LESS, _LESS_EQUAL, _GREATER,
@@ -55,17 +55,20 @@ assert _AGE == conditions.AGE
 
 
 @compiled
-def _number_at(address, kind):
-    """A number of a record as a float64."""
+def _number_at(address, kind, size):
+    """A number of a record as a float64. size: of a whole number [bytes]."""
     if kind == DOUBLE:
         return double_at(address)
     if kind == SINGLE:
         return float(single_at(address))
-    if kind == SIGNED:
+    if size == 8:
         return float(word_at(address))
-    if kind == UNSIGNED:
-        return float(half_at(address))
-    return float(byte_at(address))
+    word = 0
+    for i in range(size):
+        word |= byte_at(address + i) << (8 * i)
+    if kind == SIGNED and word >= 1 << (8 * size - 1):
+        word -= 1 << (8 * size)
+    return float(word)
 
 
 @compiled
@@ -96,9 +99,9 @@ def _age(stamp_at, epoch_ns, t_ns):
     """The age [s] of a message by its stamp (sec, nanosec); of one that never came, the time since the start."""
     word = word_at(stamp_at)
     if word == 0:
-        return t_ns * _NANO
+        return t_ns / _SECOND
     sec, nanosec = word & 0xFFFFFFFF, word >> 32
-    return (epoch_ns + t_ns - (sec * 1000000000 + nanosec)) * _NANO
+    return (epoch_ns + t_ns - (sec * 1000000000 + nanosec)) / _SECOND
 
 
 @compiled
@@ -111,9 +114,9 @@ def _holds(at, end, t_ns):
         if op == _CONSTANT:
             value = step.constant
         elif op == _TIME:
-            value = t_ns * _NANO
+            value = t_ns / _SECOND
         elif op == _READ:
-            value = _number_at(step.address, step.kind)
+            value = _number_at(step.address, step.kind, step.size)
         elif op == _AGE:
             value = _age(step.address, step.epoch_ns, t_ns)
         else:
@@ -132,9 +135,8 @@ def _holds(at, end, t_ns):
 
 
 @compiled
-def is_active(effect, t_ns):
-    """Whether an effect acts in the firing at t."""
-    memory = row(effect.memory, MEMORY)
+def _is_open(effect, memory, t_ns):
+    """Whether an effect may act at t by its window and its condition."""
     now = effect.begin <= t_ns < effect.end
     if now and effect.when != 0:
         now = _holds(effect.when, effect.when_end, t_ns)
@@ -147,6 +149,19 @@ def is_active(effect, t_ns):
             now = memory.latched != 0 and t_ns - memory.since < effect.span
     elif now and effect.every != 0:
         now = (t_ns - effect.begin) % effect.every < effect.span
+    return now
+
+
+@compiled
+def is_active(effect, t_ns):
+    """Whether an effect acts in the firing at t."""
+    memory = row(effect.memory, MEMORY)
+    return _chosen(effect, memory, _is_open(effect, memory, t_ns), t_ns)
+
+
+@compiled
+def _chosen(effect, memory, now, t_ns):
+    """Whether an effect that may act does, by chance and by count."""
     if now and effect.chance < 1.0:
         now = uniform(effect.key, t_ns, 0) < effect.chance
     if now and effect.each > 1:
@@ -233,7 +248,7 @@ def _alter(effect, t_ns):
         at = effect.target + effect.bit // 8
         set_byte_at(at, byte_at(at) ^ (1 << (effect.bit % 8)))
         return
-    seconds = (t_ns - row(effect.memory, MEMORY).onset) * _NANO
+    seconds = (t_ns - row(effect.memory, MEMORY).onset) / _SECOND
     for index in range(effect.count):
         at = effect.target + index * effect.width
         value = double_at(at) if effect.width == 8 else float(single_at(at))
@@ -278,6 +293,17 @@ def _delayed(effect, memory, record, size):
 
 
 @compiled
+def _is_lost(effect, t_ns):
+    """Whether the message at an input is lost: decided when it comes, for as long as it is the newest one."""
+    memory, stamp = row(effect.memory, MEMORY), word_at(effect.stamp)
+    now = _is_open(effect, memory, t_ns)
+    if stamp != memory.head:
+        memory.head = stamp
+        memory.filled = 1 if _chosen(effect, memory, now, t_ns) else 0
+    return memory.filled != 0
+
+
+@compiled
 def _messages(effect, record, size, count, t_ns):
     """How many messages of ``count`` are left by an effect on whole messages, whose content it may change."""
     memory = row(effect.memory, MEMORY)
@@ -288,13 +314,15 @@ def _messages(effect, record, size, count, t_ns):
         memory.filled = 1
         copy(effect.buffer, record, size)
         return count
+    if op == LOSE:
+        return 0 if _is_lost(effect, t_ns) else count
     if not is_active(effect, t_ns):
         memory.filled = 0
         return count
     if op == DROP:
         return 0
     if op == DUPLICATE:
-        return 2 * count
+        return 2
     if op == DELAY:
         return count if _delayed(effect, memory, record, size) else 0
     if before == 0:

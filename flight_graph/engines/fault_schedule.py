@@ -78,6 +78,8 @@ def _op(fault: Fault) -> int:
         return effects.HOLD if fault.entry.value is None else effects.STUCK
     if fault.place.kind == types.COMPONENT:
         return effects.RESTART if fault.entry.type == "restart" else effects.DOWN
+    if fault.place.kind == types.INPUT_MESSAGE and fault.entry.type == "drop":
+        return effects.LOSE
     return {**_NUMBER_OPS, **_MESSAGE_OPS}[fault.entry.type]
 
 
@@ -95,7 +97,7 @@ class NodeFaults:
 
     def _effect(self, fault: Fault, array: str, signal=None) -> Effect:
         place, op = fault.place, _op(fault)
-        common = {"name": f"{self.node.name}_{fault.id}", "fault": fault, "op": op, "array": array, "node": self.node.name,
+        common = {"name": f"{self.node.name}.{fault.id}", "fault": fault, "op": op, "array": array, "node": self.node.name,
                   "condition": fault.condition}
         if place.field is not None:
             found = place.field
@@ -120,12 +122,12 @@ class NodeFaults:
             found = (*self._requests(port, written, record, signal), *found)
         if not found and not self.irregular:
             return None
-        return Channel(f"{self.node.name}_{port}", written, record, None, found)
+        return Channel(f"{self.node.name}.{port}", written, record, None, found)
 
     def _report(self, record, signal):
-        flags = [Effect(f"{REPORT}_{fault.id}", fault, effects.FLAG, record, signal.dtype.fields[fault.id][1], count=1,
+        flags = [Effect(f"{REPORT}.{fault.id}", fault, effects.FLAG, record, signal.dtype.fields[fault.id][1], count=1,
                         node=self.node.name, condition=fault.condition) for fault in self.faults]
-        changed = Effect(f"{REPORT}_changed", self.faults[0], effects.ON_CHANGE, record, stamp=_stamp_offset(signal),
+        changed = Effect(f"{REPORT} changed", self.faults[0], effects.ON_CHANGE, record, stamp=_stamp_offset(signal),
                          kept=signal.dtype.itemsize)
         return (*flags, changed)
 
@@ -137,7 +139,7 @@ class NodeFaults:
             yield self._point(action.entry.id, effects.ACT, action.condition, record, signal, action)
 
     def _point(self, name, op, asked, record, signal, action=None):
-        return Effect(f"{MONITORS}_{name}", None, op, record, signal.dtype.fields[name][1], count=1, node=self.node.name,
+        return Effect(f"{MONITORS} {name}", None, op, record, signal.dtype.fields[name][1], count=1, node=self.node.name,
                       condition=asked, action=action)
 
     def _requests(self, port, written, record, signal):
@@ -145,9 +147,9 @@ class NodeFaults:
             for component, mode in action.requests:
                 if request_port(component) == port:
                     status = self.node.component.outputs[STATUS].dtype.fields[action.entry.id][1]
-                    yield Effect(f"{MONITORS}_{port}_{action.entry.id}", None, effects.REQUEST, record,
+                    yield Effect(f"{MONITORS} {port} {action.entry.id}", None, effects.REQUEST, record,
                                  signal.dtype.fields["mode"][1], node=self.node.name, action=action, mode=mode,
-                                 written=written, acts=(f"E_{self.node.name}_{STATUS}", status))
+                                 written=written, acts=(f"E_{self.node.name}.{STATUS}", status))
 
     def input(self, port: str, origin: str) -> Channel | None:
         """The way of an input through its faults; None where it has none."""
@@ -155,7 +157,7 @@ class NodeFaults:
                 and fault.place.kind in (types.INPUT, types.INPUT_MESSAGE)]
         if not mine or self.node.name == REPORT:
             return None
-        name, signal = f"{self.node.name}_{port}", self.node.component.inputs[port]
+        name, signal = f"{self.node.name}.{port}", self.node.component.inputs[port]
         return Channel(name, origin, f"S_{name}", f"F_{name}",
                        tuple(self._effect(fault, f"S_{name}", signal) for fault in mine))
 
@@ -163,7 +165,7 @@ class NodeFaults:
         """What the firing of a part looks at; None where there is nothing."""
         if self.node.name == REPORT:
             return None
-        first = part in ("kernel", "output")
+        first = part == next(name for name in ("kernel", "output", "update") if getattr(self.node.component, name) is not None)
         ends = [self._effect(fault, "") for fault in self.faults if fault.place.kind == types.COMPONENT]
         changes = [self._effect(fault, parameters if fault.place.kind == types.PARAMETER else state)
                    for fault in self.faults if fault.place.kind in (types.STATE, types.PARAMETER)]
@@ -191,7 +193,7 @@ def of(faults: FaultSet | None, node) -> NodeFaults | None:
 
 def watched(node: str, other: str, port: str) -> str:
     """The array of a signal that the conditions of a component's faults read."""
-    return f"W_{node}_{other}_{port}"
+    return f"W_{node}.{other}.{port}"
 
 
 def memory(firings, components: dict, arrays: dict) -> dict[str, np.ndarray]:
@@ -208,7 +210,7 @@ def memory(firings, components: dict, arrays: dict) -> dict[str, np.ndarray]:
             continue
         _remember(made, (*own.ends, *own.effects))
         for channel in own.channels:
-            signal = component.inputs[channel.name.removeprefix(f"{firing.node}_")]
+            signal = component.inputs[channel.name.removeprefix(f"{firing.node}.")]
             made[channel.record], made[channel.visible] = signal.new()[1], signal.new()[1]
             _remember(made, channel.effects)
         if own.parameters:

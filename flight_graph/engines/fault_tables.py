@@ -8,8 +8,8 @@ from flight_graph.engines.effects import CHANNEL, EFFECT, OWN, STEP
 from flight_graph.engines.fault_schedule import watched
 from flight_graph.faults.fault_set import FOREVER
 
-_KINDS = {"<f8": effects.DOUBLE, "<f4": effects.SINGLE, "<i8": effects.SIGNED, "<u4": effects.UNSIGNED,
-          "|u1": effects.BYTE, "|b1": effects.BYTE}
+_KINDS = {"<f8": effects.DOUBLE, "<f4": effects.SINGLE, "|b1": effects.UNSIGNED}  # and whole numbers, by their letter
+_WHOLE = {"i": effects.SIGNED, "u": effects.UNSIGNED}
 
 
 class FaultTables:
@@ -104,7 +104,8 @@ class FaultTables:
             if step.field is not None:
                 array = effect.array if step.signal is None else watched(effect.node, *step.signal)
                 row["address"] = address(self._arrays[array]) + step.field.offset
-                row["kind"] = _KINDS.get(step.field.dtype.str, 0)
+                row["kind"] = _KINDS.get(step.field.dtype.str, _WHOLE.get(step.field.dtype.kind))
+                row["size"] = step.field.dtype.itemsize
         return at, at + steps.nbytes
 
 

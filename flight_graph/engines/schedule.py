@@ -5,7 +5,7 @@ Nothing here belongs to an engine: names stand for arrays. `flight_graph.engines
 
 The memory of a run is a dictionary of arrays: P_ and X_ (parameters and state of each node), O_ (what a node wrote to an
 output), V_ (what readers see of an output slower than its node), H_ (what an input that is delayed or unconnected
-holds), L_ (the log of an output).
+holds), L_ (the log of an output). A dot, which is in no name, stands between node and port.
 """
 
 from dataclasses import dataclass, field
@@ -115,9 +115,9 @@ class Schedule:
             parameters["period"] = node.period_ns / SECOND
             arrays[f"P_{node.name}"], arrays[f"X_{node.name}"] = parameters, component.initial_state(node.values)
             for port, signal in component.outputs.items():
-                arrays[f"O_{node.name}_{port}"] = signal.new()[1]
+                arrays[f"O_{node.name}.{port}"] = signal.new()[1]
                 if self._is_copied(node, port):
-                    arrays[f"V_{node.name}_{port}"] = signal.new()[1]
+                    arrays[f"V_{node.name}.{port}"] = signal.new()[1]
             for port, signal in component.inputs.items():
                 if _is_held(node, port):
                     arrays[_held(node, port)] = signal.new()[1]
@@ -156,7 +156,7 @@ class Schedule:
                       (*seen.values(), *(made.written for made in publications)), tuple(publications), own)
 
     def _publication(self, node, port, faults) -> Publication:
-        logged, name = (node.name, port) in self.plan, f"{node.name}_{port}"
+        logged, name = (node.name, port) in self.plan, f"{node.name}.{port}"
         period = node.output_period_ns(port) // self.graph.base_ns
         channel = faults.output(port, f"O_{name}", f"E_{name}") if faults else None
         return Publication(
@@ -175,8 +175,8 @@ class Schedule:
         """What readers of an output see."""
         node, faults = self.graph.nodes[name], self._faults_of(self.graph.nodes[name])
         if self._is_copied(node, port):
-            return f"V_{name}_{port}"
-        return f"{'E' if faults and faults.output(port, '', '') else 'O'}_{name}_{port}"
+            return f"V_{name}.{port}"
+        return f"{'E' if faults and faults.output(port, '', '') else 'O'}_{name}.{port}"
 
     def _read(self, node, port) -> str:
         """What an input reads."""
@@ -189,7 +189,7 @@ def is_slower(node, port) -> bool:
 
 
 def _held(node, port):
-    return f"H_{node.name}_{port}"
+    return f"H_{node.name}.{port}"
 
 
 def _is_held(node, port):

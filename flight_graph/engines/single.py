@@ -50,24 +50,24 @@ class SingleComponent:
 
     def _firing(self, part, periods):
         (inputs, outputs), faults, name = ports(self.component, part), self._faults, self.name
-        ways = {port: faults.input(port, f"I_{name}_{port}") if faults else None for port in inputs}
-        out = {port: faults.output(port, f"O_{name}_{port}", f"E_{name}_{port}") if faults else None for port in outputs}
+        ways = {port: faults.input(port, f"I_{name}.{port}") if faults else None for port in inputs}
+        out = {port: faults.output(port, f"O_{name}.{port}", f"E_{name}.{port}") if faults else None for port in outputs}
         own = faults.own(part, f"P_{name}", f"X_{name}", tuple(filter(None, ways.values()))) if faults else None
-        seen = [way.visible if way else f"I_{name}_{port}" for port, way in ways.items()]
-        return Firing(name, part, 1, f"P_{name}", f"X_{name}", (*seen, *(f"O_{name}_{port}" for port in outputs)), tuple(
-            Publication(port, self.component.outputs[port], periods[port], f"{'E' if way else 'O'}_{name}_{port}", None, None,
-                        0, f"O_{name}_{port}", way) for port, way in out.items()), own)
+        seen = [way.visible if way else f"I_{name}.{port}" for port, way in ways.items()]
+        return Firing(name, part, 1, f"P_{name}", f"X_{name}", (*seen, *(f"O_{name}.{port}" for port in outputs)), tuple(
+            Publication(port, self.component.outputs[port], periods[port], f"{'E' if way else 'O'}_{name}.{port}", None, None,
+                        0, f"O_{name}.{port}", way) for port, way in out.items()), own)
 
     def _memory(self, schedule, parameters, state, inputs, outputs, watched):
         """The arrays of the schedule: those that are given, and those that faults put between."""
         name, component = self.name, self.component
-        arrays = {f"P_{name}": parameters, f"X_{name}": state, **{f"I_{name}_{port}": inputs[port] for port in inputs},
-                  **{f"O_{name}_{port}": outputs[port] for port in outputs},
+        arrays = {f"P_{name}": parameters, f"X_{name}": state, **{f"I_{name}.{port}": inputs[port] for port in inputs},
+                  **{f"O_{name}.{port}": outputs[port] for port in outputs},
                   **{fault_schedule.watched(name, *signal): record for signal, record in watched.items()}}
         made = fault_schedule.memory(schedule.firings, {name: component}, arrays)
         for port, way in self._channels.items():
             if way is not None:  # what is published stands behind the faults
-                arrays[f"O_{name}_{port}"], made[way.record] = component.outputs[port].new()[1], outputs[port]
+                arrays[f"O_{name}.{port}"], made[way.record] = component.outputs[port].new()[1], outputs[port]
         if f"N_{name}" in made:
             arrays[f"P_{name}"], made[f"N_{name}"] = parameters.copy(), parameters
         return arrays | made

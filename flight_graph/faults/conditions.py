@@ -69,18 +69,29 @@ def condition(text: str, nodes: dict, where: str, own: dict[str, places.Field] |
 
 class _Maker:
     def __init__(self, nodes, where, text, own):
-        self._nodes, self._where, self._text, self._own, self.steps = nodes, where, text, own, []
+        self._nodes, self._where, self._text, self._own, self.steps, self._depth = nodes, where, text, own, [], 0
+
+    def _refuse_longer(self, steps):
+        if steps > MOST_STEPS:
+            raise FlightError(f"{self._where}: '{short(self._text)}' takes more than {MOST_STEPS} steps")
 
     def _step(self, *arguments, **options) -> int:
-        if len(self.steps) >= MOST_STEPS:
-            raise FlightError(f"{self._where}: '{short(self._text)}' takes more than {MOST_STEPS} steps")
+        self._refuse_longer(len(self.steps) + 1)
         self.steps.append(Step(*arguments, **options))
         return len(self.steps) - 1
 
     def add(self, node) -> int:
         """Add the steps of a node; return the number of the one that has its value."""
+        self._depth += 1
+        self._refuse_longer(self._depth)
+        try:
+            return self._add(node)
+        finally:
+            self._depth -= 1
+
+    def _add(self, node) -> int:
         match node:
-            case ast.Constant(value=int() | float()):
+            case ast.Constant(value=int() | float()) if not isinstance(node.value, bool):
                 return self._constant(node.value)
             case ast.Name(id="t"):
                 return self._step(TIME)
@@ -105,7 +116,7 @@ class _Maker:
             case ast.Call(func=ast.Name(id=name), keywords=[]) if name in _FUNCTIONS:
                 op, count = _FUNCTIONS[name]
                 if len(node.args) < count or (count == 1 and len(node.args) > 1):
-                    raise FlightError(f"{self._where}: {name} takes {'one' if count == 1 else 'two or more'} values")
+                    raise FlightError(f"{self._where}: {name} takes {'one value' if count == 1 else 'two or more values'}")
                 return self._chain(op, [self.add(part) for part in node.args]) if count > 1 else self._step(
                     op, self.add(node.args[0]))
             case ast.Attribute() | ast.Subscript():
@@ -138,8 +149,10 @@ class _Maker:
         if not path:
             raise FlightError(f"{where}: this is a message; name a number of it")
         field = places.entry(self._nodes[node].component.outputs[port].dtype, path, where)
-        if field.count != 1 or field.dtype.kind not in "fiu":
+        if field.count != 1:
             raise FlightError(f"{where}: {path} has {field.count} numbers; name one: {path}[0]")
+        if field.dtype.str == "<u8":
+            raise FlightError(f"{where}: {path} is a whole number of 64 bits without sign, which no float64 holds")
         return self._step(READ, signal=(node, port), field=field)
 
     def _age(self, text):

@@ -10,21 +10,19 @@
 What it means in a graph is worked out in `flight_graph.faults.fault_set`.
 """
 
-import re
 from typing import Annotated
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from flight_graph.errors import FlightError, unknown
+from flight_graph.faults import identifiers
 from flight_graph.faults.fault_types import TYPES
 from flight_graph.text_files import short
 
 MOST = 1000  # faults of a scenario
-_IDENTIFIER = re.compile("[A-Za-z][A-Za-z0-9_]{0,59}")
 _Number = Annotated[float, Field(allow_inf_nan=False)]
 _Seconds = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
-_Span = Annotated[float, Field(gt=0, le=1e9, allow_inf_nan=False)]
+_Span = Annotated[float, Field(ge=1e-9, le=1e9, allow_inf_nan=False)]
 
 
 class FaultEntry(BaseModel):
@@ -50,7 +48,7 @@ class FaultEntry(BaseModel):
                                                   "from each onset of `when`")
     at_s: _Seconds | None = Field(None, description="one firing: the first at or after this time [s]")
     every_s: _Span | None = Field(None, description="again and again, with this period [s]")
-    unit: str | None = Field(None, pattern=r"^[A-Za-z][A-Za-z0-9_]{0,59}$", description=(
+    unit: str | None = Field(None, description=(
         "the unit that fails, as actionpoints blame it; the component of the place when left out"))
     when: str | None = Field(None, max_length=1000, description=(
         "only while this holds: an expression over recorded signals, as `plant.truth.rates[0] > 0.1`"))
@@ -58,9 +56,20 @@ class FaultEntry(BaseModel):
     @field_validator("id")
     @classmethod
     def _is_name(cls, value):
-        if not _IDENTIFIER.fullmatch(value) or hasattr(np.record, value):
-            raise ValueError("it is no name; allowed: a letter, then letters, digits and underscores, 60 in all (but no "
-                             "attribute of a NumPy record)")
+        return identifiers.check(value)
+
+    @field_validator("unit")
+    @classmethod
+    def _is_unit(cls, value):
+        if value is not None and not identifiers.is_form(value):
+            raise ValueError("it is no name; allowed: a letter, then letters, digits and underscores, 60 in all")
+        return value
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _is_no_truth(cls, value):
+        if isinstance(value, bool):
+            raise ValueError("yes, no, true and false mean nothing here")
         return value
 
     @property
@@ -105,7 +114,7 @@ def value(data: list[dict], path: str):
 
 def _entry(data, place, where) -> FaultEntry:
     name = data.get("id")
-    label = f"{where}.{name}" if isinstance(name, str) and _IDENTIFIER.fullmatch(name) else place
+    label = f"{where}.{name}" if identifiers.is_form(name) else place
     try:
         entry = FaultEntry.model_validate(data)
     except ValidationError as error:
@@ -124,7 +133,8 @@ def _sentence(error, data):
         return str(unknown("key", key, FaultEntry.model_fields))
     if first["type"] == "missing":
         return f"the key {key} is missing; a fault has at least id, at and type"
-    said = first["msg"].removeprefix("Value error, ").lower()
+    said = first["msg"].removeprefix("Value error, ")
+    said = said[:1].lower() + said[1:]
     return f"{key}: {said} (got {short(repr(first['input']))})"
 
 

@@ -113,7 +113,7 @@ def watched(faults: list[Fault]) -> list[tuple[str, str]]:
 
 
 def _fault(entry, nodes, seed, where) -> Fault:
-    found = place(entry.at, nodes, f"{where}.at")
+    found = place(entry.at, {name: one for name, one in nodes.items() if name != REPORT}, f"{where}.at")
     kind, node = TYPES[entry.type], nodes[found.node]
     if found.kind not in kind.places:
         raise FlightError(f"{where}: {entry.type} has no meaning for {found.kind} ({entry.at}); allowed there: "
@@ -184,6 +184,8 @@ def _window(entry, period) -> Window:
         span = period
     if every and not span:
         span = period
+    if entry.type == "crash" and entry.when is not None:
+        span = FOREVER
     if span and not every and entry.when is None:
         end, span = min(end, begin + span), 0
     return Window(begin, end, every, span)

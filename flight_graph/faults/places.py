@@ -71,6 +71,9 @@ def place(text: str, nodes: dict, where: str) -> Place:
         return Place(types.PARAMETER, node.name, "", found, path)
     if first in node.component.inputs:
         raise FlightError(f"{where}: {first} is an input of {name}; write '{name} {_ARROW} {rest}'")
+    if first in ("state", "parameters"):
+        entries = [known for known in getattr(node.component, first).dtype.names or () if known not in ("fault", "period")]
+        raise FlightError(f"{where}: {name}.{first} is no number; name one of it: {', '.join(entries) or 'it has none'}")
     raise unknown("output", first, [*node.component.outputs, "state", "parameters"], f"{where}: {name}")
 
 
@@ -108,7 +111,7 @@ def entry(dtype: np.dtype, path: str, where: str, hidden: tuple = ()) -> Field:
         if number + 1 < len(steps) and inner:
             raise FlightError(f"{where}: {name} is an array; name one of it: {name}[0]")
     if dtype.base.names:
-        raise unknown("field", "", dtype.base.names, f"{at}: name the number")
+        raise FlightError(f"{where}: {short(path)} is no number; name one of it: {', '.join(dtype.base.names)}")
     return Field(offset, dtype.base, size // dtype.base.itemsize)
 
 

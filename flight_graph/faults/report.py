@@ -8,6 +8,7 @@ and counts are left out).
 from functools import cache
 
 from flight_graph.components.component import Component
+from flight_graph.timebase import SECOND
 from flight_math import kernel
 from msg_schemas.qos import Role
 from msg_schemas.signal import Quantity, named_vector
@@ -56,6 +57,8 @@ def does_nothing(component: type[Component]) -> bool:
 
 
 def report_rate_hz(nodes) -> float:
-    """The rate at which the report looks: that of the fastest component, up to 1 kHz."""
-    rates = [node.rate_hz for node in nodes]
-    return max([rate for rate in rates if rate <= _FASTEST_HZ], default=min(rates))
+    """The rate at which the report looks: that of the fastest component, halved until it is at most 1 kHz."""
+    rate_hz = max(node.rate_hz for node in nodes)
+    while _FASTEST_HZ < rate_hz <= SECOND:
+        rate_hz /= 2.0
+    return rate_hz

@@ -120,7 +120,7 @@ class Scenario:
                 if wanted is not None and signal.topic not in wanted:
                     continue
                 every = 1
-                if self.file.record.max_rate_hz:
+                if self.file.record.max_rate_hz and name != report.REPORT:  # which speaks at changes alone
                     rate = 1e9 / node.output_period_ns(port)
                     every = max(1, -(-int(round(rate * 1e6)) // int(round(self.file.record.max_rate_hz * 1e6))))
                 plan[name, port] = every

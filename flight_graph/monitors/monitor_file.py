@@ -14,18 +14,15 @@ watchpoints; when they have held so often in a row, it acts: once in a run, or e
 worked out in `flight_graph.monitors.monitor_set`.
 """
 
-import re
 from typing import Annotated, Literal
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from flight_graph.errors import FlightError, unknown
+from flight_graph.faults import identifiers
 from flight_graph.text_files import short
 
 MOST = 500  # watchpoints, actionpoints
-_IDENTIFIER = re.compile("[A-Za-z][A-Za-z0-9_]{0,59}")
-_TAKEN = ("t", "and", "or", "not", "abs", "min", "max", "age")
 
 
 class _Strict(BaseModel):
@@ -38,10 +35,7 @@ class _Named(_Strict):
     @field_validator("id")
     @classmethod
     def _is_name(cls, value):
-        if not _IDENTIFIER.fullmatch(value) or value in _TAKEN or hasattr(np.record, value):
-            raise ValueError("it is no name; allowed: a letter, then letters, digits and underscores, 60 in all (but no word "
-                             "of expressions, and no attribute of a NumPy record)")
-        return value
+        return identifiers.check(value)
 
 
 class Watchpoint(_Named):
@@ -109,5 +103,6 @@ def _sentence(error, data) -> str:
         model = {"watchpoints": Watchpoint, "actionpoints": Actionpoint}.get(first["loc"][0], MonitorsFile)
         above = place.rpartition(".")[0]
         return f"{above}: {unknown('key', str(first['loc'][-1]), model.model_fields)}"
-    said = first["msg"].removeprefix("Value error, ").lower()
+    said = first["msg"].removeprefix("Value error, ")
+    said = said[:1].lower() + said[1:]
     return f"{place}: {said}" + ("" if first["type"] == "missing" else f" (got {short(repr(first['input']))})")

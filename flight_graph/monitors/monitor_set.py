@@ -4,6 +4,7 @@ Watchpoints are looked at once a firing of the component ``monitors``, on signal
 an actionpoint sets is set where the component fires, once its actionpoint has acted.
 """
 
+import re
 from dataclasses import dataclass
 
 from flight_graph.errors import FlightError, unknown
@@ -14,10 +15,12 @@ from flight_graph.faults.fault_set import FOREVER, Fault, Window
 from flight_graph.faults.report import MONITORS, REPORT
 from flight_graph.monitors.limit_checker import STATUS, limit_checker, use
 from flight_graph.monitors.monitor_file import Actionpoint, MonitorsFile, Watchpoint
+from flight_graph.text_files import short
 from msg_schemas.qos import Role
 
 REQUEST = "request"  # the input of a component that takes modes
 _TOPIC = "/mode_request"
+_MESSAGE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\.[A-Za-z_][A-Za-z0-9_]*")
 
 
 @dataclass(frozen=True)
@@ -86,6 +89,8 @@ class MonitorSet:
         if entry.when is not None:
             found = condition(entry.when, self._nodes, f"{where}.when")
         else:
+            if not _MESSAGE.fullmatch(entry.stale):
+                raise FlightError(f"{where}.stale: '{short(entry.stale)}' is no message; write component.output")
             found = condition(f"age({entry.stale}) > {entry.after_s!r}", self._nodes, f"{where}.stale")
         for name, port in found.signals:
             if self._nodes[name].component.outputs[port].role is Role.TRUTH:

@@ -44,6 +44,7 @@ def fire(node, component, t_ns: int) -> None:
     """One firing at t."""
     if component.kernel is None:
         node.publish_clock(t_ns)
+        join(node, t_ns, node.watched)  # conditions of faults are decided before the output
         node.call("output", t_ns)
         node.publish_outputs(t_ns)
         join(node, t_ns)
@@ -54,9 +55,9 @@ def fire(node, component, t_ns: int) -> None:
         node.publish_outputs(t_ns)
 
 
-def join(node, t_ns: int) -> None:
-    """Bring every input to the message that belongs to a firing at t."""
-    for name, port in node.inputs.items():
+def join(node, t_ns: int, names=None) -> None:
+    """Bring inputs (all, or those of some names) to the message that belongs to a firing at t."""
+    for name, port in node.inputs.items() if names is None else [(name, node.inputs[name]) for name in names]:
         expected = node.settings.sources[name].expected_ns(t_ns)
         if expected is None or port.stamp_ns == expected:
             continue

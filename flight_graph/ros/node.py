@@ -92,7 +92,7 @@ class ComponentNode(LifecycleNode):
 
     def _watch(self, group) -> dict:
         """The signals that conditions of faults of this node read, as inputs: (node, port) -> record."""
-        records = {}
+        records, self.watched = {}, []
         for name, port in self.faults.watched(self.get_name()) if self.faults else ():
             node, key = self.faults.nodes[name], f"when {name}.{port}"
             signal = node.component.outputs[port]
@@ -100,6 +100,7 @@ class ComponentNode(LifecycleNode):
                                                 slotted=self.faults.is_irregular(name, port))
             self.inputs[key] = self._input(key, signal, group)
             records[name, port] = self.inputs[key].record
+            self.watched.append(key)
         return records
 
     # -- lifecycle -----------------------------------------------------------------------------------------------

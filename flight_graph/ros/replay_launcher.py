@@ -28,9 +28,10 @@ def run(bag_path, scenario: Scenario, component: str, answers: list, folder: Pat
     resolved.write_text(json.dumps(scenario.resolved()), encoding="utf-8", newline="\n")
     values = launcher.node_parameters(scenario, "lockstep", 1.0, timeout_s, check_bounds, str(resolved))[component]
     plain = {topic.port for topic in answers if topic.formatted is None}
-    node = scenario.graph.nodes[component]
+    node, own = scenario.graph.nodes[component], scenario.faults.watched(component)
     values |= {"graph.clock_master": False, "graph.wait_for": [""],
-               **{f"graph.outputs.{port}.subscribers": int(port in plain) for port in node.component.outputs}}
+               **{f"graph.outputs.{port}.subscribers": (port in plain) + ((component, port) in own)
+                  for port in node.component.outputs}}
     out = folder / "again"
     settings = {"bag": str(Path(bag_path).absolute()), "component": component, "end_ns": scenario.duration_ns,
                 "window_ns": values["graph.window_ns"], "timeout_s": timeout_s, "out": str(out)}

@@ -40,7 +40,8 @@ class Replayer:
         node.settings = SimpleNamespace(epoch_ns=self._epoch_ns)
         graph, replayed = self._run.scenario.graph, self._run.scenario.graph.nodes[self._component]
         self._period_ns = replayed.period_ns
-        inputs = recorded_inputs(self._run, replayed)
+        inputs = {port: entry for port, entry in recorded_inputs(self._run, replayed).items()
+                  if entry.source[0] != self._component}  # conditions of its faults may read what it says itself
         self._publishers, self._readers = {}, {}
         self._slots = {}  # topic -> (publisher of its slots, their times)
         for entry in inputs.values():
@@ -89,11 +90,14 @@ class Replayer:
             return
         messages = ((stamp_ns - self._epoch_ns, 0, self._publishers[name.lstrip("/")].publish, payload) for
                     name, stamp_ns, payload in self._run.bag.messages([f"/{topic}" for topic in self._publishers]))
-        said = [((t_ns, 1, publisher.publish, slots.payload(self._epoch_ns + t_ns, counts[t_ns])) for t_ns in times)
-                for publisher, times, counts in self._slots.values()]
+        said = [self._said(*one) for one in self._slots.values()]
         for t_ns, _, publish, payload in heapq.merge(messages, *said, key=lambda one: one[:2]):
             if t_ns < self._end_ns:
                 yield t_ns, publish, payload
+
+    def _said(self, publisher, times, counts):
+        """The slots of one topic, as `_messages`."""
+        return ((t_ns, 1, publisher.publish, slots.payload(self._epoch_ns + t_ns, counts[t_ns])) for t_ns in times)
 
     def _is_matched(self):
         return (all(self._publishers[topic].subscribers() >= count for topic, count in self._readers.items())

@@ -1,144 +1,173 @@
-"""Statements of the Cubli paper that are no metric of a run: equations against each other, and gravity at Bennu.
+"""Statements of the Cubli paper's model and geometry that are no metric of a run: printed equations, recomputed.
 
-Source: Aerospace 2022, 9(11), 728. Each function returns (whether the paper's statement holds, what was found).
+Source: Aerospace 2022, 9(11), 728, sections 2 and 3.2. Each function returns (whether the paper's statement holds, what
+was found), or several of them by label. Its arguments are the printed case; others are the changes of the table's rows.
+The law and its proof are in `papers.appc.law_checks`, Bennu's gravity in `papers.appc.gravity_checks`.
 """
 
 import math
 
 import numpy as np
 
-from cubli_ros.attitude import body_rates, cardan_rates, rotation_matrix
-from flight_math import Vec3, plain, sincos
-from sim_nodes.gravity import bodies
-from sim_nodes.gravity.site import effective_gravity
+from papers.appc.printed_law import ANGLES, GRAVITY, INERTIA, LENGTH, attitude, kinematics, moment
 
-MASS, LENGTH = 2.0, 0.2  # [kg], [m] section 5
-PAPER_DENSITY, PAPER_CONSTANT = 2670.0, 6.67e-11  # [kg/m^3], [m^3/(kg s^2)] section 3.1
-ANGLES = (-0.3, 0.3, 0.3)  # [rad]
+EDGE_ARM, CORNER_ARM = math.sqrt(0.5), math.sqrt(0.75)  # [1/l] from an edge, from a corner to the centre
 STEP = 1e-6  # [rad] of central differences
+UP = np.full(3, 1.0 / math.sqrt(3.0))
 
 
-def printed_attitude(angles) -> np.ndarray:
-    """A (3, 3) of eq. (1), entry by entry as printed."""
+def plane_rotations(angles) -> np.ndarray:
+    """R_3(psi) R_2(theta) R_1(phi): inertial to body coordinates (3, 3) of the Cardan sequence 1-2-3."""
     (s1, s2, s3), (c1, c2, c3) = np.sin(angles), np.cos(angles)
-    return np.array([[c2 * c3, s1 * s2 * c3 + c1 * s3, -c1 * c3 * s2 + s1 * s3],
-                     [-c2 * s3, -s1 * s2 * s3 + c1 * c3, c1 * s2 * s3 + s1 * c3],
-                     [s2, -s1 * c2, c1 * c2]])
+    return (np.array([[c3, s3, 0], [-s3, c3, 0], [0, 0, 1]]) @ np.array([[c2, 0, -s2], [0, 1, 0], [s2, 0, c2]])
+            @ np.array([[1, 0, 0], [0, c1, s1], [0, -s1, c1]]))
 
 
-def attitude_matrix():
-    """Eq. (1) is a rotation, and the one that the code has."""
-    printed, own = printed_attitude(ANGLES), np.reshape(plain(rotation_matrix)(sincos(Vec3(*ANGLES))).parts(), (3, 3))
-    error = max(np.abs(printed @ printed.T - np.eye(3)).max(), abs(np.linalg.det(printed) - 1.0),
-                min(np.abs(printed - own).max(), np.abs(printed.T - own).max()))
-    return error < 1e-12, f"largest deviation from a rotation, and from the code: {error:.1e}"
+def attitude_matrix(entry_12=1.0):
+    """Eq. (1) against three plane rotations. entry_12: factor of the first row's second entry."""
+    printed = attitude(ANGLES)
+    printed[0, 1] *= entry_12
+    error = np.abs(printed - plane_rotations(ANGLES)).max()
+    return error < 1e-12, f"largest difference from three plane rotations: {error:.1e}"
 
 
-def kinematics():
-    """Eq. (2) is the kinematics of eq. (1): dA/dt = -[omega] A."""
-    omega = np.array([0.1, -0.2, 0.3])  # [rad/s]
-    rates = np.array(plain(cardan_rates)(sincos(Vec3(*ANGLES)), Vec3(*omega)))
-    change = (printed_attitude(np.array(ANGLES) + STEP * rates) - printed_attitude(np.array(ANGLES) - STEP * rates))
-    cross = np.array([[0, -omega[2], omega[1]], [omega[2], 0, -omega[0]], [-omega[1], omega[0], 0]])
-    error = np.abs(change / (2.0 * STEP) + cross @ printed_attitude(ANGLES)).max()
-    return error < 1e-9, f"largest difference {error:.1e} rad/s"
+def cross_matrix(v) -> np.ndarray:
+    """[v] (3, 3): [v] w = v x w."""
+    return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
 
 
-def printed_moment(angles, gravity, arm) -> np.ndarray:
-    """M_g of eq. (4) with r = arm [1, 1, 1]."""
-    return np.cross(np.full(3, arm), printed_attitude(angles) @ np.full(3, -MASS * gravity / math.sqrt(3.0)))
+def kinematic_matrix(entry_12=1.0):
+    """Eq. (2) against dA/dt = -[omega] A of three plane rotations. entry_12: factor of that entry of G_a."""
+    omega, g = np.array([0.1, -0.2, 0.3]), kinematics(ANGLES)  # [rad/s]
+    g[0, 1] *= entry_12
+    change = plane_rotations(ANGLES + STEP * (g @ omega)) - plane_rotations(ANGLES - STEP * (g @ omega))
+    error = np.abs(change / (2.0 * STEP) + cross_matrix(omega) @ plane_rotations(ANGLES)).max()
+    return error < 1e-9, f"largest difference {error:.1e} 1/s"
 
 
-def _eigenvalue(arm):
-    """Largest eigenvalue [1/s] (by real, then imaginary part) of eq. (2), (4), (5), linearised, at g = 0.002 m/s^2."""
-    moments = [(printed_moment(small, 0.002, arm) - printed_moment(-small, 0.002, arm)) / (2.0 * STEP)
-               for small in STEP * np.eye(3)]
-    stiffness = np.array(moments).T / (MASS * LENGTH * LENGTH / 6.0)
-    values = np.linalg.eigvals(np.block([[np.zeros((3, 3)), np.eye(3)], [stiffness, np.zeros((3, 3))]]))
-    return max(values, key=lambda value: (round(value.real, 6), value.imag))
+def turned(angle) -> np.ndarray:
+    """Inertial to body coordinates (3, 3) of a body turned by angle [rad] about its diagonal, [1, 1, 1] / sqrt(3)."""
+    cross = cross_matrix(UP)
+    return np.eye(3) - math.sin(angle) * cross + (1.0 - math.cos(angle)) * cross @ cross
 
 
-def inverted_pendulum():
-    """Eq. (4) with r = -l/2 [1, 1, 1] falls over."""
-    printed, standing = _eigenvalue(-LENGTH / 2.0), _eigenvalue(LENGTH / 2.0)
-    return printed.real > 1e-6, (f"eigenvalues as printed +-{abs(printed.imag):.4f}i 1/s (it swings); with r = +l/2 "
-                                 f"+-{standing.real:.4f} 1/s")
+def always_invertible(turn=2.0 * math.pi / 3.0):
+    """Remark 1 for a rover that balances, turned by turn [rad] about the vertical: det(G_a) = 1 / cos(theta)."""
+    matrix = turned(turn)
+    balanced = np.abs(matrix @ UP - UP).max() < 1e-12
+    sine = matrix[2, 0]  # of theta, eq. (1)
+    return balanced and 1.0 - abs(sine) > 1e-6, f"sin(theta) = {sine:.6f} for a rover that stands upright"
 
 
-def equal_disturbance_is_seen():
-    """A disturbance equal on all axes works against gravity."""
-    moment = np.cross(np.full(3, 0.5 * LENGTH), MASS * printed_attitude(ANGLES) @ np.full(3, -0.002))
-    along = abs(moment.sum()) / math.sqrt(3.0) / np.linalg.norm(moment)
-    return along > 0.1, f"part of M_g along the disturbance: {along:.1e}"
+def invertible_nearby(theta=1.5):
+    """G_a at theta [rad]: its condition number."""
+    with np.errstate(all="ignore"):
+        condition = np.linalg.cond(kinematics((0.3, theta, -0.4)))
+    return condition < 100.0, f"condition number of G_a at theta = {theta:.4g} rad: {condition:.3g}"
 
 
-def rate_funnel_as_printed():
-    """rho_u = (rho_0 - rho_inf) exp(l) + rho_inf t, as printed, is a funnel that narrows."""
-    at_end = (0.1 - 0.005) * math.exp(-0.25) + 0.005 * 60.0
-    return at_end < 0.1, f"0.1 rad/s at the start of Table 2's run, {at_end:.3f} rad/s at 60 s"
+def inverted_pendulum(arm=-0.5 * LENGTH):
+    """Eq. (4) with r = arm [1, 1, 1] [m] falls over: eigenvalues of eq. (2), (4), (5), linearised, g = 0.002 m/s^2."""
+    moments = [(moment(small, arm) - moment(-small, arm)) / (2.0 * STEP) for small in STEP * np.eye(3)]
+    nothing, stiffness = np.zeros((3, 3)), np.array(moments).T / INERTIA
+    values = np.linalg.eigvals(np.block([[nothing, np.eye(3)], [stiffness, nothing]]))
+    largest = max(values, key=lambda value: (round(value.real, 6), value.imag))
+    unstable = largest.real > 1e-6
+    return unstable, (f"eigenvalues +-{largest.real:.4f} 1/s: it falls" if unstable else
+                      f"eigenvalues +-{abs(largest.imag):.4f}i 1/s: it swings, and hangs")
 
 
-def inertia_about_corner():
-    """I0 = m l^2 / 6 is the inertia of the cube that turns about its corner."""
-    theta = MASS * LENGTH**2 * (11.0 / 12.0 * np.eye(3) - 0.25 * np.ones((3, 3)))
-    ratio = np.linalg.eigvalsh(theta).max() / (MASS * LENGTH**2 / 6.0)
-    return abs(ratio - 1.0) < 0.01, f"a homogeneous cube has {ratio:.2f} times that across its diagonal"
+def inertia(arm=CORNER_ARM):
+    """I0 = m l^2 / 6 about a point at arm [l] from the centre (Steiner): across the line to the centre."""
+    ratio = 1.0 + 6.0 * arm * arm
+    return abs(ratio - 1.0) < 0.01, f"a homogeneous cube has {ratio:.2f} times m l^2 / 6 across the line to its centre"
 
 
-def invertible():
-    """Remark 1: G_a is invertible for |theta| < pi / 2: G^-1 G = 1."""
+def products_of_inertia(arm=CORNER_ARM):
+    """I_xy about a point at arm [l] along the diagonal from the centre, over the moment I_xx there."""
+    square = arm * arm / 3.0  # [l^2] of each coordinate
+    share = -square / (1.0 / 6.0 + 2.0 * square)
+    return abs(share) < 0.01, f"I_xy is {share:.3f} of I_xx"
+
+
+def angle_names(captions=("roll", "yaw", "pitch")):
+    """phi, theta, psi are called the same in section 2.1 and in captions."""
+    section = ("pitch", "yaw", "roll")
+    return section == tuple(captions), f"{', '.join(section)} in section 2.1, {', '.join(captions)} in captions"
+
+
+def edge_length(environment=0.15):
+    """The edge [m] of section 3.2 against that of section 5."""
+    return abs(environment - LENGTH) < 1e-9, f"{environment:g} m in section 3.2, {LENGTH:g} m in section 5"
+
+
+# -- section 3.2: leaving the ground -----------------------------------------------------------------------------------
+def force_projection(normal_sign=-1.0):
+    """Eq. (6) against the force along the line from the centre to the ground's point, for all leans and slopes.
+
+    normal_sign: that of the term F_n cos(beta).
+    """
     errors = []
-    for theta in np.linspace(-1.5, 1.5, 7):
-        turn, rates = sincos(Vec3(0.3, theta, -0.4)), Vec3(0.1, -0.2, 0.3)
-        errors.append(max(abs(plain(body_rates)(turn, plain(cardan_rates)(turn, rates)) - rates)))
-    return max(errors) < 1e-9, f"largest |G^-1 G omega - omega| up to |theta| = 1.5 rad: {max(errors):.1e} rad/s"
+    for lean, slope in ((0.4, 0.1), (-0.3, 0.25), (0.2, -0.3)):  # [rad] from the vertical, of the ground
+        normal, along = np.array([math.sin(slope), math.cos(slope)]), np.array([math.cos(slope), -math.sin(slope)])
+        inward = -np.array([math.sin(lean), math.cos(lean)])
+        weight, support, friction = 1.0, 0.6, 0.3
+        exact = inward @ (weight * np.array([0.0, -1.0]) + support * normal - friction * along)
+        beta = lean - slope
+        errors.append(abs(weight * math.cos(lean) + friction * math.sin(beta) + normal_sign * support * math.cos(beta)
+                          - exact))
+    return max(errors) < 1e-12, f"largest difference {max(errors):.1e} of the weight"
 
 
-def _surface(gm):
-    """Attraction and effective gravity [m/s^2] of the Bennu-shaped body at pole and along the equator: two pairs."""
-    body = bodies.top(gm, bodies.BENNU_SEMI_AXES, bodies.BENNU_MEAN_RADIUS)
-    found = []
-    for latitude, longitudes in ((math.pi / 2.0, (0.0,)), (0.0, np.linspace(0.0, 2.0 * math.pi, 12, endpoint=False))):
-        points = [body.surface(latitude, float(longitude))[0] * 1.0002 for longitude in longitudes]
-        found.append([np.mean([np.linalg.norm(effective_gravity(body, spin, point)) for point in points])
-                      for spin in (0.0, bodies.BENNU_SPIN)])
+def planar_normal_force(rate, rate_dot=0.0, lean=0.0, slope=0.0, arm=EDGE_ARM, gravity=GRAVITY):
+    """Force of the ground on a cube about its edge, over m g: (normal, tangential), from Newton's law alone.
+
+    rate [rad/s], rate_dot [rad/s^2]; lean [rad] of the line to the centre from the vertical, slope [rad] of the ground,
+    both to the same side; arm [l].
+    """
+    out, across = np.array([math.sin(lean), math.cos(lean)]), np.array([math.cos(lean), -math.sin(lean)])
+    acceleration = arm * LENGTH * (rate_dot * across - rate * rate * out)
+    force = acceleration + np.array([0.0, gravity])
+    return (force @ np.array([math.sin(slope), math.cos(slope)]) / gravity,
+            force @ np.array([math.cos(slope), -math.sin(slope)]) / gravity)
+
+
+def planar_limit(radical=math.sqrt(2.0)):
+    """Eq. (9), sqrt(radical g / l), is where the upright cube loses the ground."""
+    rate = math.sqrt(radical * GRAVITY / LENGTH)
+    normal, _ = planar_normal_force(rate)
+    return abs(normal) < 1e-12, f"at {rate:.7f} rad/s the normal force is {normal:.1e} m g"
+
+
+def corner_limit(arm=CORNER_ARM):
+    """At the rate of eq. (9) the cube on a point at arm [l] from its centre still is on the ground."""
+    normal, _ = planar_normal_force(math.sqrt(math.sqrt(2.0) * GRAVITY / LENGTH), arm=arm)
+    share = math.sqrt(EDGE_ARM / arm)
+    return normal > -1e-12, f"the normal force there is {normal:.3f} m g; the limit is {share:.4f} of eq. (9)"
+
+
+def slope_in_limit(slope=0.3):
+    """cos(alpha) of eq. (9), alpha the ground's slope [rad]: where the limit is the rate of no normal force."""
+    limit = math.sqrt(math.sqrt(2.0) * GRAVITY * math.cos(slope) / LENGTH)
+    found = {}
+    for label, lean in (("centre of mass above the pivot (equilibrium)", 0.0), ("along the ground's normal", slope)):
+        normal, _ = planar_normal_force(limit, lean=lean, slope=slope)
+        found[label] = abs(normal) < 1e-9, f"{normal:.4f} m g left at eq. (9), slope {math.degrees(slope):.0f} degrees"
     return found
 
 
-def _paper_gm():
-    return PAPER_CONSTANT * PAPER_DENSITY * bodies.sphere_volume(bodies.BENNU_MEAN_RADIUS)
+def critical_state(lean=0.4493):
+    """The tangential force where the normal force vanishes, at lean [rad] (of the paper's start) and constant rate."""
+    rate = math.sqrt(GRAVITY / (EDGE_ARM * LENGTH * math.cos(lean)))
+    normal, tangential = planar_normal_force(rate, lean=lean)
+    return abs(tangential) < 0.01, f"tangential force {tangential:.3f} m g at a normal force of {abs(normal):.1e} m g"
 
 
-def gravity_at_poles():
-    """Section 3.1: 2 to 2.6e-3 at the poles."""
-    (_, pole), _ = _surface(_paper_gm())
-    (_, measured), _ = _surface(bodies.BENNU_GM)
-    return 2e-3 <= pole <= 2.6e-3, (f"{pole:.3g} m/s^2 with the paper's own density, {measured:.3g} with the measured "
-                                    f"GM; on 2 kg {2.0 * pole:.2g} N")
+def equal_disturbance_is_seen(phases=(0.0, 0.0, 0.0)):
+    """A disturbance of equal amplitudes, at phases [rad], works against gravity: its part across the body diagonal."""
+    d = np.array([np.sin(np.linspace(0.0, 2.0 * math.pi, 73) + phase) for phase in phases]).T
+    across = d - d.mean(axis=1, keepdims=True)
+    share = np.linalg.norm(across, axis=1).max() / np.linalg.norm(d, axis=1).max()
+    return share > 0.1, f"part of d across the body diagonal, where gravity has its moment: {share:.1e}"
 
 
-def gravity_range():
-    """Section 3.1: between 1e-4 and 1e-3 m/s^2."""
-    (_, pole), (_, equator) = _surface(bodies.BENNU_GM)
-    mine = _surface(_paper_gm())
-    return equator >= 1e-4 and pole <= 1e-3, (f"{equator:.3g} to {pole:.3g} m/s^2; with the paper's density "
-                                              f"{mine[1][1]:.3g} to {mine[0][1]:.3g}")
-
-
-def simulated_gravity():
-    """Section 5.2: g = 0.002 m/s^2 stands for Bennu."""
-    (_, pole), _ = _surface(bodies.BENNU_GM)
-    return 0.5 < 0.002 / pole < 2.0, f"{0.002 / pole:.0f} times Bennu's largest"
-
-
-def gravity_largest_at_poles():
-    """Section 3.1: gravity is largest at the poles."""
-    (_, pole), (_, equator) = _surface(bodies.BENNU_GM)
-    return pole > equator, f"pole {pole:.3g}, equator {equator:.3g} m/s^2"
-
-
-def gravity_because_of_shape():
-    """Section 3.1: because the poles are nearer to the centre of mass."""
-    (pull_pole, pole), (pull_equator, equator) = _surface(bodies.BENNU_GM)
-    share = (pull_pole - pull_equator) / (pole - equator)
-    return share > 0.5, f"attraction alone gives {100.0 * share:.0f} % of the difference; the spin gives the rest"

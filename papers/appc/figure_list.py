@@ -38,7 +38,7 @@ LOOK = {
     (RATE, "Earth"): "a first swing to 0.6 rad/s at most; eq. (9) allows 8.3 rad/s",
     (ERROR, "Earth"): "inside the funnel (dashed), though of all axes up to 0.997 of it is used (at 0.1 s)",
     (TORQUE, "Earth"): "up to 1.35 N m on the worst axis: more than a small flywheel motor gives",
-    (ANGLE, "the asteroid"): "inside the funnel (dashed); settled after 7.4 s, with a ripple of 3e-4 rad that stays",
+    (ANGLE, "the asteroid"): "inside the funnel (dashed); settled after 7.4 s, with a ripple of 3e-4 rad left",
     (RATE, "the asteroid"): "each axis below eq. (9) (dotted); the norm of all three is not, see Fig. 44",
     (ERROR, "the asteroid"): "inside the funnel (dashed); of all axes 0.870 of it at most, at the start",
     (TORQUE, "the asteroid"): "below 2e-3 N m, in the first second; then the disturbance's own sine, which stays",

@@ -13,6 +13,7 @@ normal_force_min    smallest normal force in m g, from true state, torque and di
 friction_ratio_max  largest ratio of tangential to normal force (1e6 where contact is lost)
 wheel_speed_max     largest wheel speed [rad/s];  limit_eq9: the rate limit of eq. (9) [rad/s]
 nees_10s, nis_mean  consistency of the attitude filter, see `papers.appc.consistency`
+proof_a_excess, ... what weighs the proof and the model, see `papers.appc.motion_metrics`
 lift_first_s, ...   first and last time of a negative normal force or flight, and of |omega| above the limit of eq. (9)
 =================== ==================================================================================================
 
@@ -36,6 +37,7 @@ from cubli_ros import jump_condition
 from cubli_ros.attitude import rotation_matrix
 from flight_math import Vec3, plain, sincos
 from papers.appc.consistency import filter_consistency
+from papers.appc.motion_metrics import has_proof, moments, proof_metrics, rate_error_jump, wheel_work
 
 SETTLED = 0.008  # [rad]
 TRUTH, COMMAND, FUNNEL, CONTACT = "cubli/truth", "cubli/wheel_command", "cubli/funnel", "cubli/truth/contact"
@@ -88,6 +90,13 @@ def compute(scenario, signals) -> dict:
     result["slip_time_s"] = float((friction_ratio > values.get("friction", 0.6)).mean() * (t[-1] - t[0]))
     if CONTACT in signals:
         result.update(contact_metrics(contact, values, scenario))
+        result.update(moments(truth, torque, values))
+    result["wheel_work"] = wheel_work(t, truth, torque)
+    if FUNNEL in signals:
+        result["rate_error_jump"] = rate_error_jump(signals[FUNNEL])
+        law = scenario.graph.nodes["controller"].values if "controller" in scenario.graph.nodes else {}
+        if has_proof(law) and len(signals[FUNNEL]) == len(t):
+            result.update(proof_metrics(t, signals[FUNNEL], truth, values, law))
     result.update(consistency)
     return result
 

@@ -11,6 +11,9 @@ AXIS_NAMES = ("roll", "pitch", "yaw")
 PRIOR = {"controller.prior_eta": 0.2}
 VARIANCE = {"controller.prior_reading": "variance", "controller.damping_scale": 0.1}
 SLOW = {"controller.damping_scale": 0.25, "controller.prior_seed": 7}
+DRAWS = tuple(zip(range(101, 107), (0.1, 0.16, 0.22, 0.28, 0.34, 0.4)))  # seeds and eta of six independent priors
+MOVING = {"plant.initial_rates": [0.0548311, 0.0, 0.0],  # [rad/s] the harmonics' velocity at t = 0
+          "plant.initial_joint_rates": [0.0, 0.1370778, 0.1827704, 0.2741557]}
 
 
 def overview(scenario, signals, path) -> Path:
@@ -79,13 +82,13 @@ def figure_8(path, kept=None) -> Path:
 
 
 def figure_9(path, kept=None) -> Path:
-    """The same with four priors: roll error; and the harmonics with eq. (46) read as variance, K_D / 10."""
+    """The same with four priors: roll error; and the harmonics with six, eq. (46) read as variance, K_D / 10."""
     pyplot = _pyplot()
     figure, panels = pyplot.subplots(1, 2, figsize=(11.0, 4.2), layout="constrained")
     for seed, style in zip(range(1, 5), ("-", "--", "-.", ":")):
         t, attitude, _ = errors(*_run("spacerobot_step", kept, **PRIOR, **{"controller.prior_seed": seed}))
         panels[0].plot(t, attitude[:, 0], style, lw=2.0, label=f"prior {seed}, eta 20 %")
-    for seed, eta in ((101, 0.1), (102, 0.16), (103, 0.22), (104, 0.28)):
+    for seed, eta in DRAWS:
         t, attitude, _ = errors(*_run("spacerobot_harmonic", kept, **VARIANCE, **{
             "controller.prior_seed": seed, "controller.prior_eta": eta}))
         panels[1].semilogy(t, np.linalg.norm(attitude, axis=1), label=f"prior {seed}, eta {100.0 * eta:g} %")
@@ -109,36 +112,53 @@ def figure_10(path, kept=None) -> Path:
 
 
 def figure_11_12(path, kept=None) -> Path:
-    """Harmonic tracking: attitude error, and the base's Ixx, Iyy, Izz over the true ones."""
+    """Harmonic tracking from rest: attitude error; the base's Ixx, Iyy, Izz over the true ones, from rest with ten rows and
+    from the harmonics' velocity with seven."""
     pyplot = _pyplot()
-    figure, panels = pyplot.subplots(1, 2, figsize=(11.0, 4.2), layout="constrained")
-    for name, label, style in (("rls", "least squares", "-"), ("lyapunov", "Lyapunov", "--")):
-        scenario, signals = _run(f"spacerobot_harmonic_{name}", kept)
+    figure, panels = pyplot.subplots(1, 3, figsize=(15.0, 4.2), layout="constrained")
+    for name, label, style in (("", "no update", ":"), ("_rls", "least squares", "-"), ("_lyapunov", "Lyapunov", "--")):
+        scenario, signals = _run(f"spacerobot_harmonic{name}", kept)
         t, attitude, _ = errors(scenario, signals)
         panels[0].semilogy(t, np.linalg.norm(attitude, axis=1), style, label=label)
-        estimate, true = signals["spacerobot/parameters"]["pi"], signals["spacerobot/truth/parameters"]["pi"]
-        for k, (column, element) in enumerate(((0, "Ixx"), (3, "Iyy"), (5, "Izz"))):
-            panels[1].plot(t, estimate[:, column] / true[:, column], style, color=f"C{k}", label=f"{element}, {label}")
+        if name:
+            _inertia(panels[1], t, signals, label, style)
+    seven = {"estimator.rows": "seven", "estimator.covariance": "uniform"}
+    for name, label, style, more in (("rls", "least squares", "-", seven), ("lyapunov", "Lyapunov", "--", {})):
+        scenario, signals = _run(f"spacerobot_harmonic_{name}", kept, **MOVING, **more)
+        _inertia(panels[2], errors(scenario, signals)[0], signals, label, style)
     panels[0].set(ylabel="attitude error [deg]", ylim=(1e-4, 5.0))
-    panels[1].set(ylabel="base inertia, estimated over true", ylim=(0.93, 1.05))
-    figure_title = "Figs. 11, 12: harmonics with least squares and with Lyapunov's law, eta 20 %"
-    return _finish(figure, panels, figure_title, path, columns=2)
+    panels[1].set(ylabel="base inertia, estimated over true", ylim=(0.93, 1.05), title="from rest, ten rows")
+    panels[2].set(ylim=(0.93, 1.05), title="from the harmonics' velocity, seven rows, G0 uniform")
+    return _finish(figure, panels, "Figs. 11, 12: harmonics with both methods, eta 20 %", path, columns=2)
+
+
+def _inertia(panel, t, signals, label, style):
+    """The base's principal elements, estimated over true."""
+    estimate, true = signals["spacerobot/parameters"]["pi"], signals["spacerobot/truth/parameters"]["pi"]
+    for k, (column, element) in enumerate(((0, "Ixx"), (3, "Iyy"), (5, "Izz"))):
+        panel.plot(t, estimate[:, column] / true[:, column], style, color=f"C{k}", label=f"{element}, {label}")
 
 
 def figure_13(path, kept=None) -> Path:
-    """Rms of the attitude error against eta for no update, least squares and Lyapunov's law."""
+    """Rms of the attitude error against eta, without update and with both methods: one draw scaled, and six draws."""
     pyplot = _pyplot()
-    figure, panel = pyplot.subplots(figsize=(6.5, 4.2), layout="constrained")
-    etas = (0.1, 0.2, 0.3, 0.4)
-    for name, label in (("spacerobot_harmonic", "no update"), ("spacerobot_harmonic_rls", "least squares"),
-                        ("spacerobot_harmonic_lyapunov", "Lyapunov")):
-        values = []
-        for eta in etas:
-            t, attitude, _ = errors(*_run(name, kept, **{**SLOW, "controller.prior_eta": eta}))
-            values.append(np.sqrt(np.mean(np.sum(attitude[t >= 20.0] ** 2, axis=1))))
-        panel.plot(100.0 * np.array(etas), values, "o-", label=label)
-    panel.set(xlabel="eta [%]", ylabel="attitude rms, t >= 20 s [deg]", ylim=(0.0, None))
-    return _finish(figure, [panel], "Fig. 13: error against the prior's, K_D / 4", path)
+    figure, panels = pyplot.subplots(1, 2, figsize=(11.0, 4.2), layout="constrained", sharey=True)
+    methods = (("spacerobot_harmonic", "no update", {}), ("spacerobot_harmonic_rls", "least squares, ten rows", {}),
+               ("spacerobot_harmonic_rls", "least squares, seven rows", {"estimator.rows": "seven"}),
+               ("spacerobot_harmonic_lyapunov", "Lyapunov, Gamma 0.3 E", {}),
+               ("spacerobot_harmonic_lyapunov", "Lyapunov, Gamma 5 prior^2", {"estimator.adaptation": "prior_squared"}))
+    draws = [[(7, eta) for eta in (0.1, 0.2, 0.3, 0.4)], DRAWS]
+    for panel, priors, title in zip(panels, draws, ("one draw of the prior, scaled", "six independent draws")):
+        for name, label, more in methods:
+            values = []
+            for seed, eta in priors:
+                own = {**SLOW, **more, "controller.prior_seed": seed, "controller.prior_eta": eta}
+                t, attitude, _ = errors(*_run(name, kept, **own))
+                values.append(np.sqrt(np.mean(np.sum(attitude[t >= 20.0] ** 2, axis=1))))
+            panel.plot([100.0 * eta for _, eta in priors], values, "o-", label=label)
+        panel.set(xlabel="eta [%]", title=title, ylim=(0.0, None))
+    panels[0].set_ylabel("attitude rms, t >= 20 s [deg]")
+    return _finish(figure, panels, "Fig. 13: error against the prior's, K_D / 4", path)
 
 
 def _run(name, kept, **overrides):

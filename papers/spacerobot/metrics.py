@@ -1,6 +1,6 @@
 """Metrics of a run of the space robot.
 
-Source of the definitions: Aerospace 2023, 10(10), 679, sections 4.1-4.3, made exact where the paper is silent.
+Source of the definitions: Aerospace 2023, 10(8), 679, sections 4.1-4.3, made exact where the paper is silent.
 The window of the root mean squares is t >= 20 s for harmonics (the start is at rest, so the law meets a mismatch of
 velocities first), the whole run otherwise. Errors are those of the true state against the reference.
 

@@ -1,6 +1,6 @@
 """The truth of the space robot: a base that floats freely and its arm, moved by torques alone.
 
-Source: Aerospace 2023, 10(10), 679, equations (5), (7), (21)-(28). The rigid-body kernels are those of `spacerobot_ros`
+Source: Aerospace 2023, 10(8), 679, equations (5), (7), (21)-(28). The rigid-body kernels are those of `spacerobot_ros`
 (they are the same mathematics, checked against Pinocchio); the parameters pi given here are the true ones and may change
 during a run, as when link 4 takes a payload.
 

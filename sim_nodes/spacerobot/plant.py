@@ -1,6 +1,6 @@
 """The truth of the space robot as a component: free-floating base, arm, wheels, drives, stops, and a payload to take.
 
-Source: Aerospace 2023, 10(10), 679, equations (5), (7), (21)-(28); the dynamics are in `sim_nodes.spacerobot.dynamics`,
+Source: Aerospace 2023, 10(8), 679, equations (5), (7), (21)-(28); the dynamics are in `sim_nodes.spacerobot.dynamics`,
 the actuators in `sim_nodes.spacerobot.actuators`.
 
 The payload becomes part of the last body at ``payload_time`` with velocities that match (the grasp gives no jolt): from

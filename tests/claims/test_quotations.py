@@ -29,6 +29,10 @@ def test_a_quotation_is_found_whatever_the_extraction_did_to_it():
     assert quotations.squeezed("the control period was") not in quotations.squeezed(text)
 
 
+def test_words_between_inequalities_are_no_tag():
+    assert quotations.squeezed("- ρ <  e < ρ . They hold, l < 0 and ρ > 0") == quotations.squeezed("ρ e ρ they hold l 0 and ρ 0")
+
+
 def test_the_command_says_which_are_missing(tmp_path):
     text = tmp_path / "paper.txt"
     rows = claims_file.read("appc").claims

@@ -99,7 +99,7 @@ def test_finite_by_bits(bits, finite):
     """Every place of a record, each number alone; against IEEE 754: an exponent of ones is inf or NaN."""
     schedule = Schedule.of(CompiledRun(Scenario(toy.scenario(), "toy.yaml")).graph, {})
     arrays = schedule.memory(0)
-    imu = arrays["O_sensor_imu"].view("u1").reshape(-1)
+    imu = arrays["O_sensor.imu"].view("u1").reshape(-1)
     runs = finite_runs(toy.SENSED)
     assert {size for _, _, size in runs} == {8} and sum(n for _, n, _ in runs) == 4 + 9 + 3 + 9 + 3 + 9 and math.isfinite(_float(bits)) == finite
     for start, n, _ in runs:

@@ -96,7 +96,7 @@ def test_spoiled_covariance_is_repaired_and_reported():
     def until(tick):
         flight.advance(tick)
         assert not flight.stop
-        return arrays["O_estimator_telemetry"]["repaired"][0]
+        return arrays["O_estimator.telemetry"]["repaired"][0]
 
     assert until(4) == 0.0
     g[0, 1] += 1e-3
@@ -104,7 +104,7 @@ def test_spoiled_covariance_is_repaired_and_reported():
     g[7, 7] = -1.0
     assert until(6) == 2.0
     assert np.linalg.eigvalsh(g / np.sqrt(np.outer(np.diag(g), np.diag(g)))).min() > 0.0
-    assert until(ticks) >= 2.0 and np.isfinite(arrays["O_estimator_parameters"]["pi"]).all()
+    assert until(ticks) >= 2.0 and np.isfinite(arrays["O_estimator.parameters"]["pi"]).all()
 
 
 def test_health_report_names_what_is_wrong():

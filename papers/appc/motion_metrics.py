@@ -1,0 +1,92 @@
+"""Metrics of a run of the Cubli rover that weigh the paper's proof and what its model leaves out.
+
+Source: Aerospace 2022, 9(11), 728, eq. (3), (5), (20)-(41), (43). With the paper's names, p_l the smallest 1 / rho, R_h
+the largest R of the run and v = R_h / (p_l k), per axis and for each loop i = a, u,
+
+    V_i = 1/2 ln(1 / (1 - xi_i^2)) + k_i p_l / (2 eta_i) (v_i - v_hat_i)^2,
+
+======================== =============================================================================================
+proof_a_excess           largest V_a' + lambda_a p_l eps_a^2 of any axis [1/s], not above zero by eq. (24), (31)
+proof_u_excess           the same of V_u, eq. (38)
+proof_a_growth, _u_      largest V_i(t) - V_i(0), which eq. (25), (32), (40) say is not above zero
+proof_a_bound, _u_       bound on |xi_i| that follows, sqrt(1 - exp(-2 V_i(0))), largest of the axes
+rate_error_jump          largest change of e_u from one record to the next in which some xi_a changes sign [rad/s]
+gyroscopic_moment        largest |omega x (Theta omega + J_w Omega)|, about the corner [N m], left out in eq. (3), (5)
+gravity_moment           largest |M_g| [N m];  torque_norm: largest |u| [N m]
+wheel_work               integral of |u_i Omega_i| dt, all wheels [J]
+======================== =============================================================================================
+
+The proof is of the law as printed, with its switching smoothed and gravity not fed forward; other runs have none of
+it, nor have those that leave a funnel or do not adapt. Moments are those of a plant with wheels and a contact.
+"""
+
+import numpy as np
+
+LOOPS = {"a": ("attitude_xi", "attitude_error", "attitude_bound"), "u": ("rate_xi", "rate_error", "rate_bound")}
+
+
+def wheel_work(t, truth, torque) -> float:
+    """See the module's table; t (n,) [s], torque (n, 3) [N m]."""
+    return float(np.trapezoid(np.abs(torque * truth["wheel_speed"]).sum(axis=1), t))
+
+
+def moments(truth, torque, values) -> dict:
+    """Moments of a run; torque (n, 3) [N m], values: the plant's parameters."""
+    rates, wheels = truth["rates"], truth["wheel_speed"]
+    square = values["mass"] * values["length"] * values["length"]
+    momentum = square * (11.0 / 12.0 * rates - 0.25 * rates.sum(axis=1, keepdims=True))
+    momentum += values["wheel_inertia"] * wheels
+    return {"gyroscopic_moment": largest_norm(np.cross(rates, momentum)),
+            "gravity_moment": largest_norm(gravity_moment(truth, values)),
+            "torque_norm": largest_norm(torque)}
+
+
+def largest_norm(vectors) -> float:
+    """Of vectors (n, 3)."""
+    return float(np.sqrt((vectors * vectors).sum(axis=1)).max())
+
+
+def gravity_moment(truth, values) -> np.ndarray:
+    """M_g (n, 3) [N m] of eq. (4)."""
+    arm = np.full(3, 0.5 * values.get("gravity_sign", 1) * values["length"])
+    return np.cross(arm, values["mass"] * truth["gravity"])
+
+
+def rate_error_jump(funnel) -> float:
+    """See the module's table; 0.0 where no xi_a changes sign."""
+    side = np.sign(funnel["attitude_xi"])
+    switched = (side[1:] != side[:-1]).any(axis=1)
+    change = np.abs(np.diff(funnel["rate_error"], axis=0)).max(axis=1)
+    return float(change[switched].max()) if switched.any() else 0.0
+
+
+def has_proof(law) -> bool:
+    """Whether a law of these parameters is the one that the proof is of."""
+    return law.get("law") == "explicit" and law["smoothing"] > 0.0 and law["feed_forward"] == 0.0
+
+
+def proof_metrics(t, funnel, truth, plant, law) -> dict:
+    """The proof's inequalities on a run; plant, law: parameters. Records of funnel and truth are of the same times."""
+    found = {}
+    for loop, (xi, error, bound) in LOOPS.items():
+        k, eta, rate = (np.array(law[f"{name}_{loop}"]) for name in ("k", "eta", "lambda"))
+        xi, error, bound = funnel[xi], funnel[error], funnel[bound]
+        usable = len(t) > 2 and (k > 0.0).all() and (eta > 0.0).all() and bool((np.abs(xi) < 1.0).all())
+        names = [f"proof_{loop}_{name}" for name in ("excess", "growth", "bound")]
+        if not usable:
+            found.update(dict.fromkeys(names))
+            continue
+        bound_dot = np.array(law[f"l_{loop}"]) * (bound - np.array(law[f"rho_{loop}_inf"]))
+        drift = -bound_dot / bound * error
+        if loop == "u":
+            inertia = plant["mass"] * plant["length"] * plant["length"] / 6.0
+            virtual_dot = np.gradient(truth["rates"] - error, t, axis=0)
+            drift = drift + gravity_moment(truth, plant) / inertia - virtual_dot + truth["disturbance"]
+        least, most = (1.0 / bound).min(axis=0), np.abs(drift / bound).max(axis=0)
+        v = most / (least * k) - funnel[f"adaptive_{loop}"]
+        value = -0.5 * np.log1p(-xi * xi) + k * least / (2.0 * eta) * v * v
+        square = (xi / (1.0 - xi * xi)) ** 2
+        excess = np.diff(value, axis=0) / np.diff(t)[:, None] + rate * least * 0.5 * (square[1:] + square[:-1])
+        found.update(zip(names, (float(excess.max()), float((value - value[0]).max()),
+                                 float(np.sqrt(-np.expm1(-2.0 * value[0])).max())), strict=True))
+    return found
