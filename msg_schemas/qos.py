@@ -9,6 +9,8 @@ from enum import Enum
 
 WINDOW = 500  # [ticks] how far the clock master may run ahead of any node in lockstep
 
+WINDOW_LIVE = 50  # [ticks] where faults may be injected: they begin some windows later
+
 
 @dataclass(frozen=True)
 class Qos:

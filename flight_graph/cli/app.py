@@ -2,7 +2,7 @@
 
 import typer
 
-from flight_graph.cli import bags, check, claims, compile, demo, design, doctor, identify, replay, scenarios, sweep
+from flight_graph.cli import bags, check, claims, compile, demo, design, doctor, fault, identify, replay, scenarios, sweep
 
 app = typer.Typer(
     name="flight", no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="rich",
@@ -11,6 +11,7 @@ app = typer.Typer(
 scenarios.register(app)
 check.register(app)
 compile.register(app)
+fault.register(app)
 sweep.register(app)
 bags.register(app)
 replay.register(app)

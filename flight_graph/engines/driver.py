@@ -120,6 +120,7 @@ def fire(firing_at, tick, t_ns, stamp):
             call(firing.start, 0, firing.parameters, firing.state, 0)
             if word_at(firing.fault) != 0:
                 return FAULT
+        effects.alter(firing.own, t_ns)
     at, end = firing.outputs, firing.outputs_end
     while at < end:
         set_word_at(row(at, OUTPUT).stamp, stamp)

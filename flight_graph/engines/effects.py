@@ -357,15 +357,14 @@ def deliver(channel_at, t_ns):
 
 @compiled
 def prepare(own_at, t_ns):
-    """What faults do to a component before it fires: to itself, to parameters, state and inputs.
+    """What faults do to a component itself before it fires.
 
-    Returns GOES_ON, IS_DOWN (it does not fire), or BEGINS_ANEW (its state is fresh: the caller runs its start first).
+    Returns GOES_ON, IS_DOWN (it does not fire), or BEGINS_ANEW (state and parameters are fresh: the caller runs its start).
+    The caller goes on with `alter`, unless it is down.
     """
     own = row(own_at, OWN)
     if own.first != 0:
         own.is_down = row(own.first, OWN).is_down
-        if own.is_down == 0:
-            _take_inputs(own, t_ns)
         return IS_DOWN if own.is_down != 0 else GOES_ON
     down, anew, at = 0, 0, own.ends
     while at < own.ends_end:
@@ -379,20 +378,22 @@ def prepare(own_at, t_ns):
     own.is_down = down
     if down != 0:
         return IS_DOWN
-    if anew != 0:
-        copy(own.state, own.fresh, own.state_size)
     if own.parameters_size != 0:
         copy(own.parameters, own.nominal, own.parameters_size)
+    if anew != 0:
+        copy(own.state, own.fresh, own.state_size)
+        return BEGINS_ANEW
+    return GOES_ON
+
+
+@compiled
+def alter(own_at, t_ns):
+    """What faults do to parameters, state and inputs before a firing."""
+    own = row(own_at, OWN)
     at = own.effects
     while at < own.effects_end:
         _alter(row(at, EFFECT), t_ns)
         at += EFFECT_SIZE
-    _take_inputs(own, t_ns)
-    return BEGINS_ANEW if anew != 0 else GOES_ON
-
-
-@compiled
-def _take_inputs(own, t_ns):
     at = own.channels
     while at < own.channels_end:
         deliver(at, t_ns)

@@ -95,9 +95,12 @@ class NodeFaults:
     irregular: bool
     monitors: MonitorSet | None = None  # where the component is that of the monitors
 
+    def __post_init__(self):
+        self._numbers = {id(fault): number for number, fault in enumerate(self.faults)}
+
     def _effect(self, fault: Fault, array: str, signal=None) -> Effect:
         place, op = fault.place, _op(fault)
-        common = {"name": f"{self.node.name}.{fault.id}", "fault": fault, "op": op, "array": array, "node": self.node.name,
+        common = {"name": f"{self.node.name}.{self._numbers[id(fault)]}", "fault": fault, "op": op, "array": array, "node": self.node.name,
                   "condition": fault.condition}
         if place.field is not None:
             found = place.field

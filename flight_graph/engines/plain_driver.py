@@ -39,6 +39,7 @@ class PlainFiring:
                 self._component.start(*self._start)
                 if self._fault[0]:
                     return FAULT
+            effects.alter(self._own, t_ns)
         for output in self.outputs:
             output.stamp[0], output.stamp[1] = stamp
         self._function(t_ns, *self._arguments)

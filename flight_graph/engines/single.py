@@ -28,6 +28,7 @@ class SingleComponent:
                  inputs: dict, outputs: dict, output_periods: dict, epoch_ns: int, check_bounds: bool = False,
                  faults: FaultSet | None = None, watched: dict | None = None):
         self.name, self.component, self._epoch_ns = name, component, epoch_ns
+        self._fresh = state.copy()
         self._faults = fault_schedule.of(faults, SimpleNamespace(name=name, component=component))
         self._numbers = {part: i for i, part in enumerate(part for part in parts(component) if part != "start")}
         schedule = Schedule(None, {}, firings=[self._firing(part, output_periods) for part in self._numbers])
@@ -71,6 +72,18 @@ class SingleComponent:
         if f"N_{name}" in made:
             arrays[f"P_{name}"], made[f"N_{name}"] = parameters.copy(), parameters
         return arrays | made
+
+    def take_over(self, earlier: "SingleComponent") -> None:
+        """Go on where another one of the same component stood, with other faults: what was remembered is remembered."""
+        self._fresh = earlier._fresh
+        for name, array in self._arrays.items():
+            kept = earlier._arrays.get(name)
+            if name[:2] == "Z_":
+                array[:] = self._fresh
+            elif name[:2] in ("F_", "S_") and kept is None:
+                array[:] = self._arrays[f"I_{name[2:]}"]
+            elif name[:2] in ("A_", "B_", "F_", "S_", "O_", "P_") and kept is not None and kept is not array:
+                array[:] = kept
 
     def delivered(self, port: str) -> int:
         """How many messages of an output its last firing delivered: one, but for faults."""

@@ -1,10 +1,10 @@
 """One entry of the ``faults:`` block of a scenario, as its file writes it.
 
     faults:
-      - {id: gyro, at: imu.imu.angular_velocity[2], type: bias, value: 0.01, ramp_s: 5, from_s: 20, until_s: 60}
+      - {id: gyro, at: "imu.imu.angular_velocity[2]", type: bias, value: 0.01, ramp_s: 5, from_s: 20, until_s: 60}
       - {id: tracker, at: star_tracker.attitude, type: drop, probability: 0.3, from_s: 10}
       - {id: wheel, at: "plant <- command.effort[2]", type: scale, value: 0.4, from_s: 12}
-      - {id: upset, at: estimator.state.bias[0], type: bit_flip, bit: 51, at_s: 30}
+      - {id: upset, at: "estimator.state.bias[0]", type: bit_flip, bit: 51, at_s: 30}
       - {id: law, at: controller, type: hang, from_s: 40, for_s: 0.3}
 
 What it means in a graph is worked out in `flight_graph.faults.fault_set`.
@@ -16,7 +16,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from flight_graph.errors import FlightError, unknown
 from flight_graph.faults import identifiers
-from flight_graph.faults.fault_types import TYPES
+from flight_graph.faults.fault_types import SPARE, TYPES
+from flight_graph.faults.report import REPORT
 from flight_graph.text_files import short
 
 MOST = 1000  # faults of a scenario
@@ -143,11 +144,11 @@ def _check_keys(entry, label):
     allowed = {"id", "at", "type", "unit", *kind.needs, *kind.takes}
     for key in entry.given:
         if key not in allowed:
-            raise FlightError(f"{label}.{key}: a {entry.type} has no such key; it takes {', '.join(_ordered(allowed))}")
+            raise FlightError(f"{label}.{key}: {entry.type} has no such key; it takes {', '.join(_ordered(allowed))}")
     for key in kind.needs:
         if getattr(entry, key) is None:
             meaning = f" ({kind.value})" if key == "value" and kind.value else ""
-            raise FlightError(f"{label}: a {entry.type} needs {key}{meaning}")
+            raise FlightError(f"{label}: {entry.type} needs {key}{meaning}")
     if entry.type == "noise" and entry.value < 0 or entry.type in ("quantise", "saturate") and entry.value <= 0:
         raise FlightError(f"{label}.value: {entry.value:g} is not allowed; allowed: {kind.value}, greater than 0")
 
@@ -179,3 +180,8 @@ def _check_window(entry, label):
         raise FlightError(f"{label}.for_s: a {entry.type} happens at instants and does not last")
     if entry.probability is not None and entry.every is not None:
         raise FlightError(f"{label}: probability and every both say which messages; give one of them")
+
+
+def spare(identifier: str) -> FaultEntry:
+    """A place that is kept for a fault that is injected while the graph runs."""
+    return FaultEntry(id=identifier, at=REPORT, type=SPARE.name)

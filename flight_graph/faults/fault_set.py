@@ -12,7 +12,7 @@ from flight_graph.errors import FlightError
 from flight_graph.faults import fault_types as types
 from flight_graph.faults.conditions import Condition, condition
 from flight_graph.faults.fault_file import FaultEntry
-from flight_graph.faults.fault_types import TYPES, FaultType
+from flight_graph.faults.fault_types import SPARE, TYPES, FaultType
 from flight_graph.faults.places import Place, place
 from flight_graph.faults.report import MONITORS, REPORT
 from flight_graph.timebase import SECOND
@@ -51,7 +51,7 @@ class Fault:
 
     @property
     def type(self) -> FaultType:
-        return TYPES[self.entry.type]
+        return TYPES.get(self.entry.type, SPARE)
 
     @property
     def unit(self) -> str:
@@ -63,16 +63,19 @@ class FaultSet:
     """All faults of a graph. Raises FlightError, which begins with ``where`` and the fault's id.
 
     nodes: name -> node, as in a graph; seed: of the scenario. monitors: a `MonitorSet`, which stands in the schedule in the
-    same way: it watches signals, and sets parameters as faults do. epoch_ns: stamp of t = 0.
+    same way: it watches signals, and sets parameters as faults do. epoch_ns: stamp of t = 0. is_live: faults may be injected
+    while the graph runs, so any message may be missing.
     """
 
-    def __init__(self, entries: list[FaultEntry], nodes: dict, seed: int, where: str, monitors=None, epoch_ns: int = 0):
+    def __init__(self, entries: list[FaultEntry], nodes: dict, seed: int, where: str, monitors=None, epoch_ns: int = 0,
+                 is_live: bool = False):
+        self.is_live = is_live
         self.nodes, self.entries, self.monitors, self.epoch_ns = nodes, entries, monitors, epoch_ns
         self.faults = [_fault(entry, nodes, seed, f"{where}.{entry.id}") for entry in entries]
         _refuse_contradictions(self.faults, where)
 
     def __bool__(self):
-        return bool(self.faults or self.monitors)
+        return bool(self.faults or self.monitors or self.is_live)
 
     def of(self, node: str) -> list[Fault]:
         """What belongs to a component's firings: commands of monitors, faults in the order of the file; to the report, all."""
@@ -89,7 +92,7 @@ class FaultSet:
 
     def concerns(self, node: str) -> bool:
         """Whether a component's firings look at anything here."""
-        return bool(self.of(node)) or (self.monitors is not None and node == MONITORS)
+        return self.is_live or bool(self.of(node)) or (self.monitors is not None and node == MONITORS)
 
     def in_realtime(self) -> "FaultSet":
         """Those that nodes see to themselves in realtime: processes are stopped and killed from outside."""
@@ -99,11 +102,11 @@ class FaultSet:
 
     def of_components(self) -> dict[str, Fault]:
         """id -> fault, of those of whole components."""
-        return {fault.id: fault for fault in self.faults if fault.place.kind == types.COMPONENT}
+        return {fault.id: fault for fault in self.faults if fault.place.kind == types.COMPONENT and fault.type is not SPARE}
 
     def is_irregular(self, node: str, port: str) -> bool:
         """Whether messages of an output may be missing, late or double."""
-        return node == REPORT or any(fault.place.kind == types.COMPONENT or (fault.place.kind == types.OUTPUT_MESSAGE
+        return self.is_live or node == REPORT or any(fault.place.kind == types.COMPONENT or (fault.place.kind == types.OUTPUT_MESSAGE
                                                            and fault.place.port == port) for fault in self.of(node))
 
 
@@ -113,6 +116,8 @@ def watched(faults: list[Fault]) -> list[tuple[str, str]]:
 
 
 def _fault(entry, nodes, seed, where) -> Fault:
+    if entry.type == SPARE.name:
+        return Fault(entry, Place(types.COMPONENT, REPORT), Window(FOREVER, FOREVER, 0, 0), None, 0)
     found = place(entry.at, {name: one for name, one in nodes.items() if name != REPORT}, f"{where}.at")
     kind, node = TYPES[entry.type], nodes[found.node]
     if found.kind not in kind.places:

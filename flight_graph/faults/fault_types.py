@@ -60,6 +60,7 @@ _ALL = (
               takes=("from_s", "until_s", "every_s", "when"), replaces=True),
 )
 TYPES = {one.name: one for one in _ALL}
+SPARE = FaultType("spare", (), "is a place that is kept for a fault that is injected while the graph runs", takes=())
 
 
 def allowed_at(place: str) -> list[str]:

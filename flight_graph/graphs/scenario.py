@@ -66,7 +66,7 @@ class Scenario:
         base = None
         if self.file.base_rate_hz is not None:
             base = period_ns(self.file.base_rate_hz, f"{origin}: base_rate_hz")
-        entries = fault_file.read(self.file.faults or [], f"{origin}: faults")
+        entries = self._with_spares(fault_file.read(self.file.faults or [], f"{origin}: faults"))
         watching = monitor_file.read(self.file.monitors, f"{origin}: monitors") if self.file.monitors is not None else None
         nodes += self._added(nodes, entries, watching)
         try:
@@ -77,7 +77,8 @@ class Scenario:
         except FlightError as error:
             raise FlightError(f"{origin}: {error}") from None
         monitors = MonitorSet(watching, self.graph.nodes, f"{origin}: monitors") if watching else None
-        self.faults = FaultSet(entries, self.graph.nodes, self.seed, f"{origin}: faults", monitors, self.epoch_ns)
+        self.faults = FaultSet(entries, self.graph.nodes, self.seed, f"{origin}: faults", monitors, self.epoch_ns,
+                               bool(self.live_ids))
         self._check_recorded_topics()
         self.vary = None
         if self.file.vary is not None:
@@ -138,6 +139,23 @@ class Scenario:
             for name in ready:
                 made[name] = self._node(name, waiting.pop(name), known)
         return [made[name] for name in self.file.components]
+
+    @property
+    def live_ids(self) -> list[str]:
+        """The ids of faults that may be injected while the graph runs."""
+        return [f"live_{number}" for number in range(1, (self.file.live_faults or 0) + 1)]
+
+    def with_faults(self, injected: list[dict]) -> FaultSet:
+        """The faults of the graph, those that were injected among them. Raises FlightError."""
+        entries = [*(self.file.faults or []), *injected]
+        read = self._with_spares(fault_file.read(entries, f"{self.origin}: faults"))
+        return FaultSet(read, self.graph.nodes, self.seed, f"{self.origin}: faults", self.faults.monitors, self.epoch_ns, True)
+
+    def _with_spares(self, entries):
+        """Entries in the order of the report: those of the file, then live ones by number, those that are free too."""
+        live = {entry.id: entry for entry in entries if entry.id in self.live_ids}
+        return [*(entry for entry in entries if entry.id not in live),
+                *(live.get(name) or fault_file.spare(name) for name in self.live_ids)]
 
     def _added(self, nodes, entries, watching):
         """The components that follow from the blocks ``monitors`` and ``faults``."""

@@ -86,6 +86,8 @@ class ScenarioFile(_Strict):
     record: RecordEntry = Field(default_factory=RecordEntry, description="what the bag holds")
     faults: list[dict[str, Any]] | None = Field(None, description=(
         "what breaks, where and when; see faults.md"))
+    live_faults: int | None = Field(None, ge=1, le=100, description=(
+        "places `live_1` to `live_N` for faults that are injected while the graph runs as nodes; see faults.md"))
     monitors: dict[str, Any] | None = Field(None, description=(
         "limits that flight software watches, and what it does when they are passed; see faults.md"))
     watchdog: WatchdogEntry | None = Field(None, description="in realtime: what is done about nodes that end or hang")

@@ -25,7 +25,7 @@ from flight_graph.ros.domain import Domain
 from flight_graph.ros.patience import at_least, patience_s
 from flight_graph.ros.supervisor import Supervisor
 from flight_graph.timebase import SECOND
-from msg_schemas.qos import WINDOW
+from msg_schemas.qos import WINDOW, WINDOW_LIVE
 
 RECORDER = "recorder"
 EVENTS = "events.jsonl"  # what was done to processes, for the bag
@@ -52,7 +52,7 @@ def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: flo
     graph, faults = scenario.graph, scenario.faults
     master = graph.clock_master
     names = [name for name in graph.nodes if name != master] + [RECORDER]
-    window_ns = WINDOW * min(node.period_ns for node in graph.nodes.values())
+    window_ns = (WINDOW_LIVE if faults.is_live else WINDOW) * min(node.period_ns for node in graph.nodes.values())
     recorded = set(scenario.recorded())
     common = {"pace": pace, "factor": float(factor), "window_ns": window_ns, "timeout_s": float(timeout_s),
               "supervised": True, "linger": True}
@@ -208,7 +208,7 @@ class Launch:
 
     def _supervise(self, name, event):
         if "fault" in event:
-            self.supervisor.fault(event["fault"], event["active"], event["t"])
+            self.supervisor.fault(event["fault"], event["of"], event["type"], event["active"], event["t"])
         elif "silent" in event:
             self.error = self.error or self.supervisor.silent(event["silent"], event["came"], event["t"])
         elif "back" in event:

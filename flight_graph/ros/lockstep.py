@@ -24,7 +24,7 @@ def run(node) -> None:
     t_ns, end_ns = 0, settings.duration_ns
     while not end_ns or t_ns < end_ns:
         node.check_alive()
-        node.parameters.refresh()
+        node.look(t_ns)
         if settings.clock_master and t_ns % (settings.window_ns // 8 or 1) < settings.period_ns:
             wait_for_nodes(node, t_ns - settings.window_ns)
         if clock:

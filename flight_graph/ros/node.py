@@ -12,6 +12,7 @@ from flight_graph.engines.single import SingleComponent
 from flight_graph.errors import FlightError, unknown
 from flight_graph.faults.report import REPORT
 from flight_graph.recordings.recording import formatted_payload
+from flight_graph.ros.live_faults import CLEAR, INJECT, LiveFaults
 from flight_graph.ros.parameters import ComponentParameters
 from flight_graph.ros.ports import InputPort, LoopOnly, OutputPort, RawPublisher, is_importable
 from flight_graph.ros.progress import Progress, Watch
@@ -37,6 +38,7 @@ class ComponentNode(LifecycleNode):
     def __init__(self, name: str, use: str, component, announce):
         super().__init__(name, automatically_declare_parameters_from_overrides=False)
         self.component, self.announce = component, announce
+        self.free_parameters = {"use_sim_time"}  # that are no parameters of the component and may be set all the same
         self.stopping = threading.Event()
         self.active = threading.Event()
         autostart = self.declare_parameter("autostart", True).value
@@ -44,11 +46,16 @@ class ComponentNode(LifecycleNode):
         self.parameters = ComponentParameters(self, component)
         self.parameters.record["period"] = self.settings.period_ns / SECOND
         group = LoopOnly()
-        self.faults = None
+        self.faults = self.live = None
         if self.settings.scenario:
             scenario = read_scenario(self.settings.scenario)
-            self.faults, self.component = scenario.faults, scenario.graph.nodes[self.get_name()].component
-            component = self.component
+            self.component = component = scenario.graph.nodes[self.get_name()].component  # with its texts
+            self.faults = scenario.faults
+            if not self.settings.lockstep and self.get_name() != REPORT:
+                self.faults = scenario.faults.in_realtime()
+            if scenario.live_ids:
+                self.free_parameters |= {INJECT, CLEAR}
+                self.live = LiveFaults(self, scenario)
         try:
             self._make_ports(component, group)
         except (RuntimeError, ParameterException) as error:  # of parameters qos_overrides
@@ -69,10 +76,12 @@ class ComponentNode(LifecycleNode):
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
         self._thread = threading.Thread(target=self._serve, daemon=True)
-        self._machine = SingleComponent(
+        self._arguments = (
             name, use, component, self.parameters.record, self.state,
             records, {port: entry.record for port, entry in self.outputs.items()}, self.output_periods,
-            self.settings.epoch_ns, self.settings.check_bounds, self.faults, watched)
+            self.settings.epoch_ns, self.settings.check_bounds)
+        self._watched = watched
+        self._machine = SingleComponent(*self._arguments, self.faults, watched)
         self._thread.start()
         if autostart:
             self.trigger_configure()
@@ -155,6 +164,19 @@ class ComponentNode(LifecycleNode):
             port.count_from(epoch_ns)
         self._machine.count_from(epoch_ns)
         self.settings.epoch_ns = epoch_ns
+
+    def take_faults(self, faults) -> None:
+        """Go on with other faults."""
+        self.faults = faults
+        machine = SingleComponent(*self._arguments, faults, self._watched)
+        machine.take_over(self._machine)
+        self._machine = machine
+
+    def look(self, t_ns: int) -> None:
+        """Between two firings: take over what was set, and what was injected."""
+        self.parameters.refresh()
+        if self.live:
+            self.live.check(t_ns)
 
     def call(self, part: str, t_ns: int, stamp_ns: int | None = None, span_ns: int = 1) -> None:
         """Run one part of the component at t, its outputs stamped. Raises FlightError on a fault or a non-finite output.

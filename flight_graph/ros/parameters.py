@@ -61,7 +61,7 @@ class ComponentParameters:
 
     def _on_set(self, parameters):
         changes = {p.name: p.value for p in parameters if p.name in self._component.parameters.entries}
-        fixed = [p.name for p in parameters if p.name not in changes and p.name != "use_sim_time"]
+        fixed = [p.name for p in parameters if p.name not in changes and p.name not in self._node.free_parameters]
         if fixed:
             return SetParametersResult(successful=False, reason=f"{', '.join(fixed)}: fixed when the node starts")
         try:

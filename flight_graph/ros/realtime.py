@@ -69,7 +69,7 @@ def _run_master(node):
     t_ns = tick = 0
     while not settings.duration_ns or t_ns < settings.duration_ns:
         node.check_alive()
-        node.parameters.refresh()
+        node.look(t_ns)
         node.publish_clock(t_ns)
         part = "output" if node.component.kernel is None else "kernel"
         node.call(part, t_ns)
@@ -164,7 +164,7 @@ def _run_follower(node):
     end_ns, before_ns = settings.duration_ns, None
     while True:
         node.check_alive()
-        node.parameters.refresh()
+        node.look(before_ns or 0)
         t_ns = _peek(node, trigger)
         if t_ns is None:
             trigger.wait(SECOND)
@@ -235,7 +235,7 @@ def _run_by_the_clock(node):
     told = ComponentFaults(node)
     while not settings.duration_ns or t_ns < settings.duration_ns:
         node.check_alive()
-        node.parameters.refresh()
+        node.look(t_ns)
         clock.wait_until(t_ns, node)
         deadline = time.monotonic_ns() + round(0.5 * settings.period_ns / settings.factor)
         for name, port in node.inputs.items():
@@ -254,16 +254,17 @@ class ComponentFaults:
 
     def __init__(self, node):
         self._node, self._active = node, {}
-        if node.get_name() == REPORT and node.faults:
-            self._active = dict.fromkeys(node.faults.of_components(), False)
 
     def tell(self, t_ns: int) -> None:
         """Announce what has changed at t."""
-        for name, was in self._active.items():
+        found = self._node.faults.of_components() if self._node.get_name() == REPORT and self._node.faults else {}
+        for name, fault in found.items():
+            was = self._active.get(name, False)
             now = bool(self._node.outputs[REPORT].record[name][0])
             if now != was:
                 self._active[name] = now
-                self._node.announce({"fault": name, "active": now, "t": t_ns / SECOND})
+                self._node.announce({"fault": name, "of": fault.place.node, "type": fault.entry.type, "active": now,
+                                     "t": t_ns / SECOND})
 
 
 class Beats:

@@ -12,7 +12,9 @@ from pathlib import Path
 
 from flight_graph.errors import FlightError
 from flight_graph.graphs.scenario import Scenario
+from flight_graph.recordings.bag_scenario import INJECTED_FAULTS
 from flight_graph.recordings.recording import RecordedTopic, RunBag, formatted_payload
+from flight_graph.ros import live_faults
 from flight_graph.ros.ports import LoopOnly, RawSubscription, is_importable
 from flight_graph.ros.progress import Progress
 from flight_graph.ros.slots import TYPE as SLOT_TYPE
@@ -123,6 +125,16 @@ class Recorder:
             else:
                 self._formatted.setdefault((topic.node, topic.port), []).append(topic)
         self.end_ns = end_ns
+        self._injections = RawSubscription(node, live_faults.TOPIC, live_faults.TYPE, live_faults.QOS, group) if (
+            scenario.live_ids) else None
+
+    def injected(self) -> list[str]:
+        """The faults that were injected, as JSON, each as it was last."""
+        found = {}
+        while self._injections and (message := self._injections.take()) is not None:
+            data = json.loads(live_faults.text_of(message))
+            found[data["id"]] = json.dumps(data)
+        return list(found.values())
 
     def drain(self) -> int:
         return sum(stream.drain() for stream in self.streams)
@@ -192,6 +204,8 @@ def run(node, scenario: Scenario, folder: Path, settings) -> dict:
         outcome = {"complete": str(recorder.done and not lost).lower(), "lost": str(sum(lost.values())),
                    **{f"lost {topic}": str(count) for topic, count in lost.items()},
                    **{f"refused {topic}": str(count) for topic, count in recorder.refused().items()}}
+        if injected := recorder.injected():
+            bag.writer.metadata(INJECTED_FAULTS, {str(number): text for number, text in enumerate(injected)})
         if done := _events(node):
             bag.writer.metadata("flight_graph.watchdog", {str(number): text for number, text in enumerate(done)})
         bag.close(outcome)

@@ -22,7 +22,7 @@ class Supervisor:
     """Decides about the nodes of one run. launch: with ``pids`` and ``order(spec)``; specs: of the nodes, by name."""
 
     def __init__(self, scenario, launch, specs: dict, events: Path):
-        self._faults, self._watchdog = scenario.faults.of_components(), scenario.file.watchdog
+        self._watchdog = scenario.file.watchdog
         self._launch, self._specs, self._file = launch, specs, events
         self._gone = set()  # nodes that a fault has killed
         self._killed = set()  # nodes that the watchdog has killed, and whose end has not been heard of
@@ -39,19 +39,17 @@ class Supervisor:
             file.write(json.dumps(self.notes[-1]) + "\n")
 
     # -- faults ---------------------------------------------------------------------------------------------------
-    def fault(self, name: str, active: bool, t: float) -> None:
-        """A fault of a component begins or ends at t [s]."""
+    def fault(self, name: str, node: str, kind: str, active: bool, t: float) -> None:
+        """A fault of a kind, of a node, begins or ends at t [s]."""
         self._time = t
-        fault = self._faults[name]
-        node = fault.place.node
-        if fault.entry.type == "hang":
+        if kind == "hang":
             self._signal(node, signal.SIGSTOP if active else signal.SIGCONT)
             self.note(f"{name}: the node {node} {'is stopped' if active else 'goes on'}")
         elif active:
             self._gone.add(node)
             self._signal(node, signal.SIGKILL)
             self.note(f"{name}: the node {node} is killed")
-        elif fault.entry.type == "restart":
+        elif kind == "restart":
             self._gone.discard(node)
             self._start(node)
             self.note(f"{name}: the node {node} is started again")

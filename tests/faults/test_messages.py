@@ -194,6 +194,12 @@ def test_restart_at_the_start():
     assert flown.ms("chain/echo") == TICKS[10::2] and flown["chain/echo"]["count"][0] == 101
 
 
+def test_a_state_that_is_stuck_is_stuck_after_a_restart_too():
+    flown = Flown([fault("restart", "follower", "r", from_s=0.2, for_s=0.1), fault("stuck", "follower.state.total", "s", value=1.5)])
+    echo = flown["chain/echo"]
+    np.testing.assert_allclose(echo["total"] - echo["rate"][:, 0], 1.5, rtol=0, atol=1e-14)
+
+
 def test_crash_is_for_good():
     flown = Flown([fault("crash", "follower", from_s=0.2)])
     assert flown.ms("chain/echo") == TICKS[:20:2]
