@@ -27,7 +27,8 @@ def filled(page: str) -> str:
     """A page with its tables written anew."""
     for name, lines in tables().items():
         table = "\n".join(lines)
-        page = re.sub(f"(?s)(<!-- {name} -->\n).*?(<!-- end -->)", lambda found, table=table: f"{found[1]}{table}\n{found[2]}", page)
+        page = re.sub(f"(?s)(<!-- {name} -->\n).*?(<!-- end -->)",
+                      lambda found, table=table: f"{found[1]}{table}\n{found[2]}", page)
     return page
 
 

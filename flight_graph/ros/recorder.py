@@ -35,7 +35,7 @@ class Stream:
     def __init__(self, node, topic: RecordedTopic, epoch_ns: int, end_ns: int, group, slotted: bool = False):
         self.topic, self.end_ns = topic, end_ns
         self.lost, self.refused, self.next_ns, self.queue = 0, 0, 0, deque()
-        self.excused = False  # in realtime, of a node whose process may be stopped and killed: what it does not say is no loss
+        self.excused = False  # in realtime, of a node whose process may be stopped and killed: its silence is no loss
         self._epoch_ns, self._log = epoch_ns, node.get_logger()
         self.subscription = RawSubscription(node, topic.topic, topic.type_name, RECORDER, group)
         self._slots = SlotReader(self.subscription, RawSubscription(
