@@ -229,8 +229,11 @@ def _listeners(node, scenario, streams) -> list[RawSubscription]:
         types[f"{name}/transition_event"] = "lifecycle_msgs/msg/TransitionEvent"
         signals = [graph.signal(name, port) for port in found.component.outputs]
         types |= {made.topic: made.type_name for made in [*signals, *found.component.formatted]}
+        types |= {slots_topic(signal.topic): SLOT_TYPE for port, signal in found.component.outputs.items()
+                  if scenario.faults.is_irregular(name, port)}
     for stream in streams:
         types.pop(stream.topic.topic, None)
+        types.pop(slots_topic(stream.topic.topic), None)
     group = LoopOnly()
     return [RawSubscription(node, topic, type_name, _EAR, group) for topic, type_name in types.items()
             if is_importable(type_name)]
