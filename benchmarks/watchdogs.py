@@ -1,11 +1,11 @@
-"""Nodes that are killed, stopped or restarted at random moments of a realtime run: is the graph safe in time, and is all tidy?
+"""Nodes that are killed, stopped or restarted at random moments of a realtime run: is the graph safe in time, is all tidy?
 
     python benchmarks/watchdogs.py [--rounds 20] [--scenario cubli_faults]
 
-Each round takes the flight nodes of the scenario by turns and does each of three things to one of them at a random moment: kill
--9, SIGSTOP, and a fault `restart`. Printed of each: how long after the newest message of the node the mode manager was in
-a safe state, in control periods after its deadline; whether the node beat again; whether the bag is complete and no process and no
-shared memory is left.
+Each round takes the flight nodes of the scenario by turns and does each of three things to one of them at a random
+moment: kill -9, SIGSTOP, and a fault `restart`. Printed of each: how long after the newest message of the node the mode
+manager was in a safe state; whether the node was started again; whether the bag is complete, and no process and no shared
+memory is left.
 """
 
 import argparse
@@ -58,7 +58,8 @@ def one(name, number, what, at) -> list[str]:
     with tempfile.TemporaryDirectory() as folder:
         path, bag = Path(folder) / "scenario.yaml", Path(folder) / "bag"
         path.write_text(yaml.safe_dump(data))
-        process = subprocess.Popen([*_FLIGHT, "run", path, "--engine", "ros", "--pace", "realtime", "--out", bag, "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        command = [*_FLIGHT, "run", path, "--engine", "ros", "--pace", "realtime", "--out", bag, "--json"]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         pids = disturb(process, bag, node, what, at)
         out, err = process.communicate()
         if process.returncode:

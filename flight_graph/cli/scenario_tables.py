@@ -3,6 +3,7 @@
 import json
 
 from flight_graph.cli.show import add, console, status
+from flight_graph.faults.report import does_nothing
 from flight_graph.text_files import printable
 
 
@@ -48,8 +49,10 @@ def _show_scenario(scenario, as_json):
         inputs = [f"{port} <- {edge.node}.{edge.port}{' (delay 1)' if edge.delay else ''}"
                   for port, edge in node.inputs.items()]
         topics = ["/" + signal.topic for signal in node.component.outputs.values()]
-        add(table, name, node.use, f"{node.rate_hz:g}", "\n".join(inputs), "\n".join(topics))
+        use = node.use.partition(":")[0] if does_nothing(node.component) else node.use
+        add(table, name, use, f"{node.rate_hz:g}", "\n".join(inputs), "\n".join(topics))
     console.print(table)
+    _show_faults(scenario)
     table = Table("parameter", "value", "allowed", "meaning", "source")
     for name, node in scenario.graph.nodes.items():
         for entry in node.component.parameters.entries.values():
@@ -58,6 +61,32 @@ def _show_scenario(scenario, as_json):
     if scenario.vary:
         varied = [*scenario.vary.declared_keys(), *([scenario.vary.file.function] if scenario.vary.file.function else [])]
         console.print(f"flight sweep {scenario.name}: {scenario.vary.count} cases of {', '.join(varied)}", markup=False)
+
+
+def _show_faults(scenario):
+    """What breaks, and what flight software watches."""
+    from rich.table import Table
+    if scenario.faults.faults:
+        table = Table("fault", "at", "type", "unit", "more", title="faults", title_justify="left")
+        for fault in scenario.faults.faults:
+            more = {key: value for key, value in fault.entry.given.items() if key not in ("id", "at", "type", "unit")}
+            add(table, fault.id, fault.entry.at, fault.entry.type, fault.unit,
+                ", ".join(f"{key} {value}" for key, value in more.items()))
+        console.print(table)
+    if (monitors := scenario.faults.monitors) is None:
+        return
+    table = Table("watchpoint", "holds while", title="watchpoints", title_justify="left")
+    for watch in monitors.watches:
+        add(table, watch.entry.id, watch.condition.text)
+    console.print(table)
+    table = Table("actionpoint", "when", "in a row", "acts", "level", "blames", "does", title="actionpoints",
+                  title_justify="left")
+    for action in monitors.actions:
+        entry = action.entry
+        does = [*(f"{name}: mode {mode}" for name, mode in entry.mode.items()),
+                *(f"{path} = {value:g}" for path, value in entry.set.items())]
+        add(table, entry.id, entry.when, entry.in_a_row, entry.act, entry.level, ", ".join(entry.blames), ", ".join(does))
+    console.print(table)
 
 
 def _title(file):
