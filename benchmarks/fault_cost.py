@@ -3,7 +3,7 @@
     python benchmarks/fault_cost.py [--before COMMIT] [SCENARIO]
 
 Both trees run in turn, in processes of their own; a time is the CPU time of the best of many runs, so that a busy machine
-matters little. The tree before is the parent of the commit that made `flight_graph/faults`, unless --before names another one.
+matters little. The tree before is the parent of the commit that made `flight_graph/faults`, unless --before names one.
 """
 
 import argparse
@@ -29,7 +29,8 @@ CASES = {  # of the scenario cubli_asteroid
     "a bias": [{"at": SENSOR, "type": "bias", "value": 1e-9}],
     "a bias of one reader": [{"at": READER, "type": "bias", "value": 1e-9}],
     "noise": [{"at": SENSOR, "type": "noise", "value": 1e-9}],
-    "a bias while a condition holds": [{"at": SENSOR, "type": "bias", "value": 1e-9, "when": "imu.imu.angular_velocity[0] > -9 and t > 0"}],
+    "a bias while a condition holds": [
+        {"at": SENSOR, "type": "bias", "value": 1e-9, "when": "imu.imu.angular_velocity[0] > -9 and t > 0"}],
     "lost messages": [{"at": "imu.imu", "type": "drop", "probability": 0.01}],
     "a parameter": [{"at": "controller.parameters.lambda_a", "type": "scale", "value": 1.000000001}],
     "a component that may hang": [{"at": "estimator", "type": "hang", "from_s": 1e6}],
@@ -77,9 +78,8 @@ class Tree:
 
 def before_faults() -> str:
     """The parent of the commit that made the package of faults."""
-    made = subprocess.run(["git", "-C", str(ROOT), "log", "--diff-filter=A", "--format=%H", "--", "flight_graph/faults/fault_set.py"],
-                          capture_output=True, text=True, check=True).stdout.split()
-    return f"{made[-1]}^"
+    command = ["git", "-C", str(ROOT), "log", "--diff-filter=A", "--format=%H", "--", "flight_graph/faults/fault_set.py"]
+    return f"{subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()[-1]}^"
 
 
 def main() -> None:
@@ -100,10 +100,12 @@ def main() -> None:
                 least[name] = min(least[name], trees[1](name, faults))
         for tree in trees:
             tree.close()
-    table = Table("run", "us a tick", "ratio", "more, us a tick", title=f"{options.scenario}, {options.duration:g} s", title_justify="left")
-    for name, spent in least.items():
-        ratio = spent / least["before" if name == "without" else "without"]
-        table.add_row(name, f"{spent:.3f}", "" if name == "before" else f"{ratio:.3f}", "" if name == "before" else f"{spent - least['without']:.3f}")
+    table = Table("run", "us a tick", "ratio", "more, us a tick", title_justify="left",
+                  title=f"{options.scenario}, {options.duration:g} s")
+    table.add_row("before", f"{least['before']:.3f}", "", "")
+    for name in CASES:
+        other = least["before" if name == "without" else "without"]
+        table.add_row(name, f"{least[name]:.3f}", f"{least[name] / other:.3f}", f"{least[name] - other:.3f}")
     Console(width=110).print(table)
     print(f"without faults against the tree before: {least['without'] / least['before']:.3f}; "
           f"one active fault against none: {least['a bias'] / least['without']:.3f}")

@@ -15,7 +15,9 @@ rotate_back(q, v) is A v.
 
 import math
 
-from flight_math import Mat3, Quaternion, Vec3, asin, atan2, clip, cross, kernel, same, sincos
+from flight_math import Mat3, Quaternion, Vec3, asin, atan2, clip, cross, kernel, norm, same, sincos
+
+FIX_TOLERANCE = 1e-3  # [-] of the length of a measured quaternion
 
 
 @kernel
@@ -99,3 +101,9 @@ def cardan_from_quaternion(q):
 def is_known(attitude):
     """Whether an attitude (sensor_msgs/Imu) has arrived, with an orientation (covariance -1: none)."""
     return attitude.header.stamp.sec != 0 and attitude.orientation_covariance[0] >= 0.0
+
+
+@kernel
+def is_fix(q):
+    """Whether a measured quaternion is an attitude: of length one. A star tracker without stars sends zeros."""
+    return abs(norm(q) - 1.0) < FIX_TOLERANCE

@@ -1,6 +1,7 @@
 """The attitude filter as a component: gyro and star tracker in, attitude, rates and covariance out."""
 
 from cubli_ros import attitude_filter
+from cubli_ros.attitude import is_fix
 from flight_graph.components.component import Component, same_stamp
 from flight_graph.components.records import Parameters, State, field
 from flight_math import Mat3, Quaternion, Vec, Vec3, diagonal, kernel, row_by_row, same
@@ -35,7 +36,7 @@ class AttitudeEstimatorState(State):
 
 @kernel
 def estimate(t_ns, p, x, imu, star_tracker, attitude, telemetry):
-    fresh = same_stamp(star_tracker.header.stamp, attitude.header.stamp)
+    fresh = same_stamp(star_tracker.header.stamp, attitude.header.stamp) and is_fix(star_tracker.quaternion)
     if not x.begun:
         if fresh:
             attitude_filter.start(p, x, star_tracker.quaternion)

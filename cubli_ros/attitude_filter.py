@@ -78,12 +78,16 @@ def predict(p, x, gyro):
     The rate of the interval is the mean of its two end samples minus the bias: exact to second order in the period
     where a sample held over the period would lag by half of it.
     """
-    omega = 0.5 * (x.gyro_before + gyro) - x.bias
-    x.quaternion = normalised(x.quaternion * quaternion_from_rotation_vector(p.period * omega))
-    f, g = transition(omega, p.period)
+    carry(x, 0.5 * (x.gyro_before + gyro) - x.bias, p.period, p.gyro_sigma * p.period, p.gyro_walk_sigma)
+
+
+@kernel
+def carry(x, omega, h, angle_noise, walk):
+    """The estimate h [s] further at a rate omega [rad/s]; angle_noise [rad], walk of the bias [rad/s]: of the interval."""
+    x.quaternion = normalised(x.quaternion * quaternion_from_rotation_vector(h * omega))
+    f, g = transition(omega, h)
     attitude, cross, bias = x.attitude_covariance, x.cross_covariance, x.bias_covariance
     moved = f @ cross + g @ bias
-    angle_noise, walk = p.gyro_sigma * p.period, p.gyro_walk_sigma
     x.attitude_covariance = symmetric((f @ attitude + g @ transpose(cross)) @ transpose(f) + moved @ transpose(g)) + (
         diagonal(same(angle_noise * angle_noise)))
     x.cross_covariance = moved
@@ -97,13 +101,28 @@ def update(p, x, measured):
     x.innovation [rad]: measured minus predicted attitude, body frame; x.innovation_squared is normalised. The gate is a
     chi-square quantile of 3 degrees of freedom. A measurement beyond it (or NaN) changes nothing else.
     """
-    attitude, cross, bias = x.attitude_covariance, x.cross_covariance, x.bias_covariance
-    variance = p.star_tracker_sigma * p.star_tracker_sigma
-    spread = inverse(attitude + diagonal(same(variance)))
-    x.innovation = rotation_vector(conjugate(x.quaternion) * measured)
-    x.innovation_squared = x.innovation @ (spread @ x.innovation)
+    spread = innovate(p, x, measured)
     if not x.innovation_squared <= p.gate:
         return False
+    correct(p, x, spread)
+    return True
+
+
+@kernel
+def innovate(p, x, measured):
+    """The innovation of a measured attitude, into the state; returns the inverse of its covariance [1/rad^2]."""
+    variance = p.star_tracker_sigma * p.star_tracker_sigma
+    spread = inverse(x.attitude_covariance + diagonal(same(variance)))
+    x.innovation = rotation_vector(conjugate(x.quaternion) * measured)
+    x.innovation_squared = x.innovation @ (spread @ x.innovation)
+    return spread
+
+
+@kernel
+def correct(p, x, spread):
+    """Correct the estimate with the innovation that `innovate` left; spread: what it returned."""
+    attitude, cross, bias = x.attitude_covariance, x.cross_covariance, x.bias_covariance
+    variance = p.star_tracker_sigma * p.star_tracker_sigma
     gain_a, gain_b = attitude @ spread, transpose(cross) @ spread
     # Joseph's form, (1 - K H) P (1 - K H)^T + K R K^T, block by block
     rest = identity3() - gain_a
@@ -114,4 +133,3 @@ def update(p, x, measured):
     x.bias_covariance = symmetric(bias - drop - transpose(gain_b @ across) + variance * (gain_b @ transpose(gain_b)))
     x.quaternion = normalised(x.quaternion * quaternion_from_rotation_vector(gain_a @ x.innovation))
     x.bias += gain_b @ x.innovation
-    return True

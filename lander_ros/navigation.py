@@ -102,14 +102,20 @@ def attitude(p, t_ns, star_tracker):
 def begin(p, x, distance, direction):
     """Estimate and covariance from attitude, distance [m] and direction in B; the velocity is unknown."""
     x.begun = True
-    x.position = -distance * rotate(x.orientation, direction) - Vec3(0.0, 0.0, p.mark_depth)
-    along = p.altimeter_sigma + p.altimeter_relative_sigma * distance
-    across = distance * (p.camera_sigma + p.star_tracker_sigma)
-    x.covariance[POSITION, POSITION] = (along * along + across * across) * identity3()
-    navigation_filter.add_variance(x.covariance, VELOCITY, p.initial_velocity_sigma)
+    place_at(p, x, distance, direction)
     navigation_filter.add_variance(x.covariance, ATTITUDE, p.star_tracker_sigma)
     navigation_filter.add_variance(x.covariance, GYRO, p.initial_gyro_bias_sigma)
     navigation_filter.add_variance(x.covariance, ACCELEROMETER, p.initial_accelerometer_bias_sigma)
+
+
+@kernel
+def place_at(p, x, distance, direction):
+    """Position and its covariance from attitude, distance [m] and direction in B; an unknown velocity."""
+    x.position = -distance * rotate(x.orientation, direction) - Vec3(0.0, 0.0, p.mark_depth)
+    along = navigation_filter.range_sigma(p, distance)
+    across = distance * (p.camera_sigma + p.star_tracker_sigma)
+    x.covariance[POSITION, POSITION] = (along * along + across * across) * identity3()
+    navigation_filter.add_variance(x.covariance, VELOCITY, p.initial_velocity_sigma)
 
 
 @kernel

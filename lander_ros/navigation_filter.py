@@ -19,7 +19,6 @@ from typing import NamedTuple
 from flight_math import (
     Mat3,
     Vec3,
-    column,
     conjugate,
     cross,
     dot,
@@ -186,10 +185,16 @@ def take_scalar(p, x, correction, by_place, by_turn, residual, sigma):
 
 
 @kernel
+def attitude_residual(x, measured):
+    """Small rotation vector [rad] in B from the estimated attitude to a measured one, B to D."""
+    error = conjugate(x.orientation) * measured
+    return (2.0 if error.w >= 0.0 else -2.0) * vector_part(error)
+
+
+@kernel
 def take_attitude(p, x, correction, measured):
     """A star tracker's attitude, B to D, with noise star_tracker_sigma [rad]; returns its innovation squared."""
-    error = conjugate(x.orientation) * measured
-    angle = (2.0 if error.w >= 0.0 else -2.0) * vector_part(error)
+    angle = attitude_residual(x, measured)
     nothing, squared = Vec3(0.0, 0.0, 0.0), 0.0
     for axis in range(3):
         squared += take_scalar(p, x, correction, nothing, row(identity3(), axis), angle[axis], p.star_tracker_sigma)
@@ -205,26 +210,38 @@ def mark_direction(p, position):
 
 
 @kernel
+def range_sigma(p, distance):
+    """Noise [m] of the altimeter at a distance [m]."""
+    return p.altimeter_sigma + p.altimeter_relative_sigma * distance
+
+
+@kernel
 def take_range(p, x, correction, measured):
     """A distance to the mark [m]; returns its innovation squared."""
     direction, distance = mark_direction(p, x.position)
-    sigma = p.altimeter_sigma + p.altimeter_relative_sigma * distance
+    sigma = range_sigma(p, distance)
     return take_scalar(p, x, correction, -direction, Vec3(0.0, 0.0, 0.0), measured - distance, sigma)
 
 
 @kernel
-def take_direction(p, x, correction, measured):
-    """A unit vector u to the mark, in B; returns its innovation squared, of two degrees of freedom.
+def direction_seen(p, x):
+    """The unit vector u to the mark in B, and its derivatives by dr and by dtheta.
 
-    u = R^T m/|m|:  du = -R^T (1 - (m m^T)/|m|^2)/|m| dr + [u x] dtheta, row by row; the axis e_i of B is row i of R^T.
+    u = R^T m/|m|:  du = -R^T (1 - (m m^T)/|m|^2)/|m| dr + [u x] dtheta; the axis e_i of B is row i of R^T.
     """
     direction, distance = mark_direction(p, x.position)
     seen = rotate_back(x.orientation, direction)
-    axes, across = rotation_matrix(x.orientation), skew(seen)
+    by_place = -(transpose(rotation_matrix(x.orientation)) - outer(seen, direction)) / distance
+    return seen, by_place, skew(seen)
+
+
+@kernel
+def take_direction(p, x, correction, measured):
+    """A unit vector u to the mark, in B; returns its innovation squared, of two degrees of freedom."""
+    seen, by_place, by_turn = direction_seen(p, x)
     squared = 0.0
     for i in range(3):
-        by_place = -(column(axes, i) - seen[i] * direction) / distance
-        squared += take_scalar(p, x, correction, by_place, row(across, i), measured[i] - seen[i], p.camera_sigma)
+        squared += take_scalar(p, x, correction, row(by_place, i), row(by_turn, i), measured[i] - seen[i], p.camera_sigma)
     return squared
 
 

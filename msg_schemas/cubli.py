@@ -5,6 +5,7 @@ inertial frame, equal to the body frame when the rover balances on its corner (u
 ground). ``site``: local east, north, up (REP 103), origin at the corner.
 """
 
+from msg_schemas import modes
 from msg_schemas.qos import Role
 from msg_schemas.signal import Quantity, Signal, named_vector
 
@@ -104,3 +105,44 @@ JUMP_STATUS = named_vector("cubli/jump_status", BASE, {
     "normal_force": Quantity(None, "1", "smallest since the last status, in m g"),
     "friction_ratio": Quantity(None, "1", "largest since the last status"),
 }, Role.TELEMETRY, doc="verdict of the jump monitor")
+SAFE_COMMAND = Signal("cubli/safe_command", "sensor_msgs/msg/JointState", Role.COMMAND,
+                      {"header.frame_id": BASE, "name": WHEELS, "effort": 3},
+                      doc="torque on the body by each wheel, from the mode manager")
+WHEEL_POWER = named_vector("cubli/wheel_power", BASE, {
+    "on": Quantity(3, "1", "0: the drive of this wheel is without power, and the wheel turns freely"),
+}, Role.COMMAND, doc="power switches of the wheels' drives")
+ESTIMATOR_STATUS = named_vector("cubli/estimator_status", BASE, {
+    "valid": Quantity(None, "1", "1 while attitude and rates may be used"),
+    "sigma": Quantity(None, "rad", "root of the sum of the variances of the attitude error"),
+    "rate_sigma": Quantity(None, "rad/s", "root of the sum of the variances of the rate error"),
+    "tracker_age": Quantity(None, "s", "since the last star tracker measurement that was taken; -1: none yet"),
+    "gyro_age": Quantity(None, "s", "since the last gyro sample that was taken; -1: none yet"),
+    "tracker_admitted": Quantity(None, "1", "1 while star tracker measurements are taken"),
+    "gyro_admitted": Quantity(None, "1", "1 while gyro samples are taken"),
+    "tracker_fix": Quantity(None, "1", "1: the last star tracker message was an attitude; 0: it had no stars"),
+    "tracker_rejected": Quantity(None, "1", "measurements refused so far"),
+    "gyro_rejected": Quantity(None, "1", "samples refused so far"),
+    "tracker_isolations": Quantity(None, "1", "how often the star tracker was isolated"),
+    "gyro_isolations": Quantity(None, "1", "how often the gyro was isolated"),
+    "reopened": Quantity(None, "1", "how often the gyro's bias was found to be wrong, and attitude and bias begun anew"),
+    "restarts": Quantity(None, "1", "how often its own memory was found to be impossible, and begun anew"),
+    "tilt_residual": Quantity(None, "rad", "between the estimate's vertical and the accelerometer's; 0 where it has none"),
+}, Role.TELEMETRY, doc="what the robust attitude estimator trusts, and why")
+WHEEL_STATUS = named_vector("cubli/wheel_status", BASE, {
+    "torque": Quantity(3, "N m", "of each wheel on the body, from its speed, filtered"),
+    "residual": Quantity(3, "N m", "that torque minus the commanded one, filtered"),
+    "failed": Quantity(3, "1", "1 while a wheel does not do as it is told"),
+    "age": Quantity(None, "s", "of the newest wheel speeds; -1: none yet"),
+}, Role.TELEMETRY, doc="whether the wheels do as they are told")
+MODE_REQUEST = modes.mode_request("cubli")
+MODE = modes.mode("cubli")
+SAFE_STATE = named_vector("cubli/safe_state", BASE, {
+    "estimate_lost": Quantity(None, "1", "1: no valid, fresh estimate"),
+    "command_lost": Quantity(None, "1", "1: no fresh nominal command"),
+    "wheel_lost": Quantity(None, "1", "number of the wheel that the law does without; -1: none, -2: more than one"),
+    "rate_source": Quantity(None, "1", "2: estimate, 1: gyro, 0: none"),
+    "guarded": Quantity(None, "1", "ticks on which the torque was lessened to keep contact"),
+    "share": Quantity(None, "1", "part of the demanded torque that keeps contact"),
+    "returns": Quantity(None, "1", "how often the manager went back to balance by itself"),
+    "turned": Quantity(3, "rad", "since hold was entered, rotation vector by the gyro"),
+}, Role.TELEMETRY, doc="what the mode manager knows and does")

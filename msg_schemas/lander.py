@@ -106,6 +106,52 @@ NAVIGATION = named_vector("lander/navigation", BASE, {
     "accepted": Quantity(None, "1", "scalar measurements taken"),
     "rejected": Quantity(None, "1", "scalar measurements refused by the gate"),
 }, Role.TELEMETRY, doc="inside of the navigation filter")
+NAVIGATION_STATUS = named_vector("lander/navigation_status", BASE, {
+    "valid": Quantity(None, "1", "1: the estimate is good enough to fly on"),
+    "imu_age": Quantity(None, "s", "since the last plausible sample"),
+    "star_tracker_age": Quantity(None, "s", "since the last measurement taken"),
+    "altimeter_age": Quantity(None, "s", "since the last measurement taken"),
+    "camera_age": Quantity(None, "s", "since the last measurement taken"),
+    "star_tracker_admitted": Quantity(None, "1", "0: isolated"),
+    "altimeter_admitted": Quantity(None, "1", "0: isolated"),
+    "camera_admitted": Quantity(None, "1", "0: isolated"),
+    "gyro_trusted": Quantity(None, "1", "0: its bias is learnt anew from the star tracker"),
+    "accelerometer_trusted": Quantity(None, "1", "0: the commanded force stands in for it"),
+    "gravity_trusted": Quantity(None, "1", "0: the last plausible gravity stands in for the model's"),
+    "position_sigma": Quantity(None, "m", "largest of an axis"),
+    "velocity_sigma": Quantity(None, "m/s", "largest of an axis"),
+    "attitude_sigma": Quantity(None, "rad", "largest of an axis"),
+    "rate_sigma": Quantity(None, "rad/s", "of the gyro's bias, largest of an axis"),
+    "star_tracker_rejected": Quantity(None, "1", "measurements refused so far"),
+    "altimeter_rejected": Quantity(None, "1", "measurements refused so far"),
+    "camera_rejected": Quantity(None, "1", "measurements refused so far"),
+    "imu_rejected": Quantity(None, "1", "samples refused so far, of gyro or accelerometer"),
+    "isolations": Quantity(None, "1", "how often a sensor was shut out"),
+    "readmissions": Quantity(None, "1", "how often one was let in again"),
+    "restarts": Quantity(None, "1", "how often the filter began anew, wholly or with its place"),
+    "referee": Quantity(None, "1", "log likelihood ratio of the camera: above 0 it speaks against the gyro"),
+}, Role.ESTIMATE, doc="what the navigation filter thinks of its sensors and of itself")
+THRUSTER_RESIDUALS = named_vector("lander/thruster_residuals", BASE, {
+    "force": Quantity(3, "N", "felt less commanded, smoothed, in B"),
+    "torque": Quantity(3, "N m", "felt less commanded, smoothed, in B"),
+    "force_size": Quantity(None, "N", "its norm"),
+    "torque_size": Quantity(None, "N m", "its norm"),
+}, Role.TELEMETRY, doc="what the inertial unit feels that was not commanded")
+SAFE_COMMAND = Signal("lander/safe_command", "geometry_msgs/msg/WrenchStamped", Role.COMMAND, {"header.frame_id": BASE},
+                      doc="force and torque in B that the mode manager lets through or makes itself")
+MANEUVER_BUDGET = named_vector("lander/maneuver_budget", BASE, {
+    "spent": Quantity(None, "m/s", "integral of |f|/m as commanded so far"),
+    "left": Quantity(None, "m/s", "of the budget"),
+    "abort_delta_v": Quantity(None, "m/s", "what an abort needs from here: turn round, climb, stop, hold"),
+    "abort_time": Quantity(None, "s", "of its climb"),
+    "abort_allowed": Quantity(None, "1", "1: left covers what it needs, with the margin"),
+    "hover_delta_v": Quantity(None, "m/s", "what a hover needs: stop, hold"),
+    "hover_allowed": Quantity(None, "1", "1: left covers it and an abort after it"),
+    "distance_to_go": Quantity(None, "m", "to the place that hover or abort hold"),
+    "blind": Quantity(None, "1", "1: an abort without a valid estimate is burning or coasting"),
+    "committed": Quantity(None, "1", "1: too low to leave the descent"),
+    "refused": Quantity(None, "1", "requests of modes that were not allowed"),
+}, Role.TELEMETRY, doc="what the safe states cost, before they are allowed")
 STATUS = named_vector("lander/landing_status", BASE, {
     "level": Quantity(None, "1", "0 ok, 1 warning, 2 error, 3 stale"),
     "abort": Quantity(None, "1", "1: the constraints are no longer guaranteed, leave"),

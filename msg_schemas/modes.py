@@ -5,7 +5,9 @@ from msg_schemas.signal import Quantity, Signal, named_vector
 
 
 def mode_request(vehicle: str) -> Signal:
-    """The mode that a monitor wants a vehicle's mode manager to take; ``requests`` counts, so that each is acted on once."""
+    """The mode that a monitor wants a vehicle's mode manager to take; ``requests`` counts, so that each is acted on
+    once.
+    """
     return named_vector(f"{vehicle}/mode_request", "", {
         "mode": Quantity(None, "1", "number of the wanted mode, in the order of the manager's list"),
         "requests": Quantity(None, "1", "how many there have been; 0: none yet"),

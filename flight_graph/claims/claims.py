@@ -89,6 +89,8 @@ def row(claim: Claim, results: dict, arguments: dict | None = None) -> Row:
     if claim.check is not None:
         answer = metrics.load(claim.check)(**(arguments or {}))
         answers = answer if isinstance(answer, dict) else {"": answer}
+        if not answers:
+            raise FlightError(f"claims: {claim.id}: its check answers nothing")
         met = {label: bool(held) for label, (held, _) in answers.items()}
         return Row(claim, _verdict(met), {label: text for label, (_, text) in answers.items()}, met)
     found = {}

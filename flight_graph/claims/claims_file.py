@@ -34,6 +34,7 @@ relation, for what is no metric of a run: function() returns (holds, text of wha
 """
 
 import math
+import re
 from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
@@ -139,10 +140,15 @@ class Claim(_Strict):
         given = [self.value is not None, self.values is not None, self.check is not None]
         if sum(given) != 1 or (self.check is None) != (self.relation is not None):
             raise ValueError("a claim has either value or values with a relation, or a check")
+        expressions = self.expressions.values()
+        if self.check is None and not (expressions and all(map(names, expressions))):
+            raise ValueError("every value of a claim is over 'run.metric', and there is one at least")
         if self.estimated and self.check is not None:
             raise ValueError("a check has no estimated value")
         if (self.statement == PAPER and not self.quotes) or (self.statement == OURS and self.quotes):
             raise ValueError("a statement of the paper is quoted word for word ('quote'), and one of ours is not")
+        if any(not re.search(r"[^\W_]", quote) for quote in self.quotes):
+            raise ValueError("a quotation has words")
         self._flips()
         return self
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from flight_graph.claims.claim_runs import RunEntry, run_all
 from flight_graph.claims.claims import Row, chosen, row
 from flight_graph.claims.claims_file import Claim, ClaimsFile, read
+from flight_graph.errors import unknown
 from flight_graph.graphs import metrics
 from flight_graph.graphs.scenario import Scenario
 
@@ -76,6 +77,9 @@ def changed_arguments(claim: Claim, share: float = 1.0) -> dict:
     if claim.check is None:
         return {}
     defaults = {name: one.default for name, one in inspect.signature(metrics.load(claim.check)).parameters.items()}
+    for name in claim.flip.arguments:
+        if name not in defaults:
+            raise unknown("argument", name, defaults, f"claims: the flip of {claim.id}")
     return {name: between(defaults[name], value, share) for name, value in claim.flip.arguments.items()}
 
 

@@ -1,15 +1,16 @@
 """flight claims: what a paper says, recomputed and judged."""
 
 import json
+import os
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from flight_graph.cli.show import console, number, steps
-from flight_graph.errors import FlightError
+from flight_graph.errors import FlightError, unknown
 from flight_graph.graphs.papers import papers
-from flight_graph.text_files import read_text
+from flight_graph.text_files import decoded, read_bytes
 
 SHOWN_VALUES = 8  # in a cell
 SAID = {"paper": "of the paper, quoted", "implied": "implied by the paper", "ours": "ours"}
@@ -33,29 +34,55 @@ def claims(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Recompute the claims of a paper from runs and say which hold. The status is 1 when a verdict has changed."""
-    names = [paper] if paper else list(papers())
     given = {"--text": text, "--flips": flips or None, "--figures": figures, "--bags": bags}
     alone = [name for name in ("--text", "--flips") if given[name] is not None]
     if alone and sum(value is not None for value in given.values()) > 1:
         raise FlightError(f"{alone[0]} goes with none of {', '.join(name for name in given if name != alone[0])}")
+    for option, folder in (("--figures", figures), ("--bags", bags)):
+        if folder is not None:
+            _make_folder(option, folder)
     if text is not None:
         failed = _quotations(paper, text, only, as_json)
     elif flips:
-        failed = _flips(names, only, jobs, as_json)
+        failed = _flips(_rows_of([paper] if paper else list(papers()), only), jobs, as_json)
     else:
-        failed = _judge(names, only, jobs, figures, bags, as_json)
+        failed = _judge(_rows_of([paper] if paper else list(papers()), only), jobs, figures, bags, as_json)
     if failed:
         raise typer.Exit(1)
 
 
-def _judge(names, only, jobs, figures, bags, as_json) -> bool:
+def _make_folder(option, folder) -> None:
+    """Before anything runs. Raises FlightError."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise FlightError(f"{option} {folder}: this folder cannot be made ({reason})") from None
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise FlightError(f"{option} {folder}: this folder is read-only")
+
+
+def _rows_of(names, only) -> dict:
+    """Paper -> the ids that are asked of it (None for all rows). Of several papers each has those that it knows."""
+    from flight_graph.claims.claims_file import read
+    if not only or len(names) == 1:
+        return dict.fromkeys(names, only)
+    known = {name: {claim.id for claim in read(name).claims} for name in names}
+    for one in only:
+        if not any(one in ids for ids in known.values()):
+            raise unknown("claim", one, set().union(*known.values()), "papers")
+    wanted = {name: [one for one in only if one in ids] for name, ids in known.items()}
+    return {name: ids for name, ids in wanted.items() if ids}
+
+
+def _judge(names, jobs, figures, bags, as_json) -> bool:
     from flight_graph.claims import claims as engine
     kept = None
     if bags is not None:
         from flight_graph.claims.kept_runs import KeptRuns
         kept = KeptRuns(bags)
     rows = {}
-    for name in names:
+    for name, only in names.items():
         with steps(f"claims of {name}", not as_json) as advance:
             rows[name] = engine.judge(name, jobs, only, advance, kept)
     drawn = []
@@ -77,13 +104,13 @@ def _judge(names, only, jobs, figures, bags, as_json) -> bool:
     return bool(changed)
 
 
-def _flips(names, only, jobs, as_json) -> bool:
+def _flips(names, jobs, as_json) -> bool:
     from rich.markup import escape
     from rich.table import Table
 
     from flight_graph.claims.flips import flip
     found = {}
-    for name in names:
+    for name, only in names.items():
         with steps(f"changes of {name}", not as_json) as advance:
             found[name] = flip(name, only, jobs, advance)
     stayed = [one for rows in found.values() for one in rows if not one.as_said]
@@ -109,7 +136,7 @@ def _quotations(paper, text, only, as_json) -> bool:
     if paper is None:
         raise FlightError("--text is the text of one paper: name it, as in 'flight claims appc --text paper.txt'")
     rows = chosen(read(paper), only, paper)
-    lacking = quotations.missing(rows, read_text(text, str(text)))
+    lacking = quotations.missing(rows, decoded(read_bytes(text, str(text)), str(text)))
     total = sum(len(claim.quotes) for claim in rows)
     if as_json:
         print(json.dumps({"quotations": total, "missing": lacking}))

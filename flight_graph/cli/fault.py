@@ -15,7 +15,8 @@ def register(app: typer.Typer) -> None:
 
 
 def fault(
-    place: Annotated[str | None, typer.Argument(help="Where, as in a scenario's faults: 'plant <- command.effort[2]'.")] = None,
+    place: Annotated[str | None, typer.Argument(
+        help="Where, as in a scenario's faults: 'plant <- command.effort[2]'.")] = None,
     kind: Annotated[str | None, typer.Argument(help="What happens there: bias, drop, hang, ...")] = None,
     value: Annotated[float | None, typer.Argument(help="The size, where the kind has one.")] = None,
     for_s: Annotated[float | None, typer.Option("--for", help="How long it lasts [s]; to the end when left out.")] = None,
@@ -33,8 +34,8 @@ def fault(
 ) -> None:
     """Inject a fault into a running graph, list what has been injected, or clear it. The bag records it.
 
-    The graph's scenario needs live_faults (flight run SCENARIO --engine ros --set live_faults=4); ROS_DOMAIN_ID says on which
-    domain it is.
+    The graph's scenario needs live_faults (flight run SCENARIO --engine ros --set live_faults=4); ROS_DOMAIN_ID says on
+    which domain it is.
     """
     wanted = [place is not None, clear is not None, listed]
     if sum(wanted) != 1 or (place is not None and kind is None):
@@ -53,8 +54,8 @@ def fault(
     else:
         given = {"for_s": for_s, "probability": probability, "ramp_s": ramp_s, "bit": bit, "ticks": ticks, "every": every,
                  "every_s": every_s, "unit": unit, "value": value}
-        found = fault_client.inject({"at": place, "type": kind, **{key: one for key, one in given.items() if one is not None}},
-                                    namespace)
+        given = {key: one for key, one in given.items() if one is not None}
+        found = fault_client.inject({"at": place, "type": kind, **given}, namespace)
         said = f"{found['id']} begins at t = {found['from_s']:.9g} s"
     print(json.dumps(found) if as_json else said)
 
@@ -62,7 +63,8 @@ def fault(
 def _table(found):
     from rich.table import Table
     table = Table("id", "place", "type", "from [s]", "until [s]", "more", title="injected faults", title_justify="left")
+    shown = ("id", "at", "type", "from_s", "until_s")
     for one in found:
-        more = ", ".join(f"{key} {value}" for key, value in one.items() if key not in ("id", "at", "type", "from_s", "until_s"))
+        more = ", ".join(f"{key} {value}" for key, value in one.items() if key not in shown)
         add(table, one["id"], one["at"], one["type"], one["from_s"], one.get("until_s", ""), more)
     return table

@@ -5,7 +5,6 @@
 Each stands between ``<!-- NAME -->`` and ``<!-- end -->``.
 """
 
-import re
 import sys
 from pathlib import Path
 
@@ -26,8 +25,8 @@ def tables() -> dict[str, list[str]]:
 def filled(page: str) -> str:
     """A page with its tables written anew."""
     for name, lines in tables().items():
-        table = "\n".join(lines)
-        page = re.sub(f"(?s)(<!-- {name} -->\n).*?(<!-- end -->)", lambda found, table=table: f"{found[1]}{table}\n{found[2]}", page)
+        before, _, rest = page.partition(f"<!-- {name} -->\n")
+        page = "\n".join([f"{before}<!-- {name} -->", *lines, f"<!-- end -->{rest.partition('<!-- end -->')[2]}"])
     return page
 
 

@@ -72,7 +72,9 @@ def stamp_word(stamp_ns):
 
 @compiled
 def publish(output_at, tick, t_ns):
-    """Check an output, show it to readers, log it: once, or as often as its faults let it. Returns 0 or a code of `stops`."""
+    """Check an output, show it to readers, log it: once, or as often as its faults let it. Returns 0 or a code of
+    `stops`.
+    """
     output = row(output_at, OUTPUT)
     count = 1
     if output.channel != 0:

@@ -90,8 +90,9 @@ def _two(op, a, b):
         return 1.0 if a != 0.0 and b != 0.0 else 0.0
     if op == _OR:
         return 1.0 if a != 0.0 or b != 0.0 else 0.0
-    return 1.0 if ((op == _LESS and a < b) or (op == _LESS_EQUAL and a <= b) or (op == _GREATER and a > b)
-                   or (op == _GREATER_EQUAL and a >= b) or (op == _EQUAL and a == b) or (op == _UNEQUAL and a != b)) else 0.0
+    holds = ((op == _LESS and a < b) or (op == _LESS_EQUAL and a <= b) or (op == _GREATER and a > b)
+             or (op == _GREATER_EQUAL and a >= b) or (op == _EQUAL and a == b) or (op == _UNEQUAL and a != b))
+    return 1.0 if holds else 0.0
 
 
 @compiled

@@ -45,7 +45,9 @@ class Effect:
 
 @dataclass(frozen=True)
 class Channel:
-    """A record on its way through the effects on it: from ``origin`` to ``record``, and on to ``visible`` where it is shown."""
+    """A record on its way through the effects on it: from ``origin`` to ``record``, and on to ``visible`` where it is
+    shown.
+    """
 
     name: str
     origin: str
@@ -100,7 +102,8 @@ class NodeFaults:
 
     def _effect(self, fault: Fault, array: str, signal=None) -> Effect:
         place, op = fault.place, _op(fault)
-        common = {"name": f"{self.node.name}.{self._numbers[id(fault)]}", "fault": fault, "op": op, "array": array, "node": self.node.name,
+        common = {"name": f"{self.node.name}.{self._numbers[id(fault)]}", "fault": fault, "op": op, "array": array,
+                  "node": self.node.name,
                   "condition": fault.condition}
         if place.field is not None:
             found = place.field
@@ -168,7 +171,8 @@ class NodeFaults:
         """What the firing of a part looks at; None where there is nothing."""
         if self.node.name == REPORT:
             return None
-        first = part == next(name for name in ("kernel", "output", "update") if getattr(self.node.component, name) is not None)
+        component = self.node.component
+        first = part == next(name for name in ("kernel", "output", "update") if getattr(component, name) is not None)
         ends = [self._effect(fault, "") for fault in self.faults if fault.place.kind == types.COMPONENT]
         changes = [self._effect(fault, parameters if fault.place.kind == types.PARAMETER else state)
                    for fault in self.faults if fault.place.kind in (types.STATE, types.PARAMETER)]

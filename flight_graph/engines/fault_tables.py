@@ -115,6 +115,7 @@ def _of_fault(fault, op) -> dict:
     values = {"begin": window.begin, "end": window.end, "every": window.every, "span": window.span, "key": fault.key}
     if op in (effects.FLAG, effects.ON_CHANGE):
         return values
-    return values | {"each": entry.every or 0, "ticks": entry.ticks or 0, "bit": entry.bit or 0, "ramp": entry.ramp_s or 0.0,
+    return values | {"each": entry.every or 0, "ticks": entry.ticks or 0, "bit": entry.bit or 0,
+                     "ramp": entry.ramp_s or 0.0,
                      "value": 0.0 if entry.value is None else entry.value,
                      "chance": 1.0 if entry.probability is None else entry.probability}

@@ -93,7 +93,8 @@ class Schedule:
             schedule.holds += [Hold(graph.ticks(node), _held(node, port), schedule._shown(edge.node, edge.port))
                                for port, edge in node.inputs.items() if edge.delay]
             if faults:
-                schedule.holds += [Hold(graph.ticks(node), fault_schedule.watched(node.name, *signal), schedule._shown(*signal))
+                schedule.holds += [Hold(graph.ticks(node), fault_schedule.watched(node.name, *signal),
+                                        schedule._shown(*signal))
                                    for signal in faults.watched(node.name)]
         schedule.firings = [schedule._firing(step) for step in graph.order]
         return schedule
@@ -123,7 +124,8 @@ class Schedule:
                     arrays[_held(node, port)] = signal.new()[1]
             for signal in self.faults.watched(node.name) if self.faults else ():
                 arrays[fault_schedule.watched(node.name, *signal)] = self.graph.signal(*signal).new()[1]
-        arrays |= fault_schedule.memory(self.firings, {name: node.component for name, node in self.graph.nodes.items()}, arrays)
+        components = {name: node.component for name, node in self.graph.nodes.items()}
+        arrays |= fault_schedule.memory(self.firings, components, arrays)
         for firing in self.firings:
             for made in firing.publications:
                 if made.log is not None:

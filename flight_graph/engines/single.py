@@ -56,8 +56,8 @@ class SingleComponent:
         own = faults.own(part, f"P_{name}", f"X_{name}", tuple(filter(None, ways.values()))) if faults else None
         seen = [way.visible if way else f"I_{name}.{port}" for port, way in ways.items()]
         return Firing(name, part, 1, f"P_{name}", f"X_{name}", (*seen, *(f"O_{name}.{port}" for port in outputs)), tuple(
-            Publication(port, self.component.outputs[port], periods[port], f"{'E' if way else 'O'}_{name}.{port}", None, None,
-                        0, f"O_{name}.{port}", way) for port, way in out.items()), own)
+            Publication(port, self.component.outputs[port], periods[port], f"{'E' if way else 'O'}_{name}.{port}",
+                        None, None, 0, f"O_{name}.{port}", way) for port, way in out.items()), own)
 
     def _memory(self, schedule, parameters, state, inputs, outputs, watched):
         """The arrays of the schedule: those that are given, and those that faults put between."""

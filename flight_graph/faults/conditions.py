@@ -2,8 +2,8 @@
 
 A step computes one float64 from earlier ones, so that a run in machine code and one in plain Python take the same road.
 Allowed are numbers, fields of outputs (``component.output.field[i]``; ``output.field[i]`` where one component alone has
-such an output), ``t`` [s], ``age(component.output)`` [s] of its newest message, + - * /, comparisons, and, or, not, abs, min
-and max. A signal is read as it was before the tick: the newest message stamped before it.
+such an output), ``t`` [s], ``age(component.output)`` [s] of its newest message, + - * /, comparisons, and, or, not, abs,
+min and max. A signal is read as it was before the tick: the newest message stamped before it.
 """
 
 import ast
@@ -54,7 +54,8 @@ class Condition:
 
 
 def condition(text: str, nodes: dict, where: str, own: dict[str, places.Field] | None = None) -> Condition:
-    """A condition over the outputs of a graph. nodes: name -> node; own: numbers of the record that it decides about, by name.
+    """A condition over the outputs of a graph. nodes: name -> node; own: numbers of the record that it decides about, by
+    name.
 
     Raises FlightError.
     """
@@ -160,7 +161,8 @@ class _Maker:
         if path:
             raise FlightError(f"{self._where}: age is of messages; write age({node}.{port})")
         signal = self._nodes[node].component.outputs[port]
-        return self._step(AGE, signal=(node, port), field=places.entry(signal.dtype, f"{signal.stamp_path}.sec", self._where))
+        stamp = places.entry(signal.dtype, f"{signal.stamp_path}.sec", self._where)
+        return self._step(AGE, signal=(node, port), field=stamp)
 
     def _signal(self, text):
         first, _, rest = text.partition(".")

@@ -169,8 +169,8 @@ def _check_window(entry, label):
     if entry.until_s is not None and entry.for_s is not None and entry.every_s is None and entry.when is None:
         raise FlightError(f"{label}: until_s and for_s both say when it ends; give one of them")
     if entry.every_s is not None and entry.for_s is not None and entry.for_s >= entry.every_s:
-        raise FlightError(f"{label}: it lasts {entry.for_s:g} s (for_s) and begins anew every {entry.every_s:g} s (every_s); "
-                          "for_s must be the shorter one")
+        raise FlightError(f"{label}: it lasts {entry.for_s:g} s (for_s) and begins anew every {entry.every_s:g} s "
+                          "(every_s); for_s must be the shorter one")
     if entry.every_s is not None and entry.when is not None:
         raise FlightError(f"{label}: every_s and when both say when it begins; give one of them")
     is_event = TYPES[entry.type].is_event

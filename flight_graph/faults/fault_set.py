@@ -62,9 +62,9 @@ class Fault:
 class FaultSet:
     """All faults of a graph. Raises FlightError, which begins with ``where`` and the fault's id.
 
-    nodes: name -> node, as in a graph; seed: of the scenario. monitors: a `MonitorSet`, which stands in the schedule in the
-    same way: it watches signals, and sets parameters as faults do. epoch_ns: stamp of t = 0. is_live: faults may be injected
-    while the graph runs, so any message may be missing.
+    nodes: name -> node, as in a graph; seed: of the scenario. monitors: a `MonitorSet`, which stands in the schedule in
+    the same way: it watches signals, and sets parameters as faults do. epoch_ns: stamp of t = 0. is_live: faults may be
+    injected while the graph runs, so any message may be missing.
     """
 
     def __init__(self, entries: list[FaultEntry], nodes: dict, seed: int, where: str, monitors=None, epoch_ns: int = 0,
@@ -78,7 +78,9 @@ class FaultSet:
         return bool(self.faults or self.monitors or self.is_live)
 
     def of(self, node: str) -> list[Fault]:
-        """What belongs to a component's firings: commands of monitors, faults in the order of the file; to the report, all."""
+        """What belongs to a component's firings: commands of monitors, faults in the order of the file; to the report,
+        all.
+        """
         if node == REPORT:
             return self.faults
         commands = self.monitors.commands.get(node, []) if self.monitors else []
@@ -106,8 +108,9 @@ class FaultSet:
 
     def is_irregular(self, node: str, port: str) -> bool:
         """Whether messages of an output may be missing, late or double."""
-        return self.is_live or node == REPORT or any(fault.place.kind == types.COMPONENT or (fault.place.kind == types.OUTPUT_MESSAGE
-                                                           and fault.place.port == port) for fault in self.of(node))
+        return self.is_live or node == REPORT or any(
+            fault.place.kind == types.COMPONENT or (fault.place.kind == types.OUTPUT_MESSAGE and fault.place.port == port)
+            for fault in self.of(node))
 
 
 def watched(faults: list[Fault]) -> list[tuple[str, str]]:

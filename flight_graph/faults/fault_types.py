@@ -33,7 +33,8 @@ class FaultType:
 
 
 _ALL = (
-    FaultType("bias", (*_SIGNALS, PARAMETER), "adds a constant", "added [unit of the field]", ("value",), (*_OFTEN, "ramp_s")),
+    FaultType("bias", (*_SIGNALS, PARAMETER), "adds a constant", "added [unit of the field]", ("value",),
+              (*_OFTEN, "ramp_s")),
     FaultType("drift", (*_SIGNALS, PARAMETER), "adds what grows from zero with time", "growth [unit of the field / s]",
               ("value",)),
     FaultType("scale", (*_SIGNALS, PARAMETER), "multiplies: a loss of effectiveness below 1", "factor [1]", ("value",),

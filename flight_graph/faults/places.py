@@ -64,8 +64,8 @@ def place(text: str, nodes: dict, where: str) -> Place:
     if first in node.component.outputs and not _is_own(node.component, first, path):
         return _signal(types.OUTPUT, types.OUTPUT_MESSAGE, node, first, node.component.outputs[first], path, where)
     if first == "state" and path:
-        return Place(types.STATE, node.name, "", entry(node.component.state.dtype, path, f"{where}: {name}.state", ("fault",)),
-                     path)
+        found = entry(node.component.state.dtype, path, f"{where}: {name}.state", ("fault",))
+        return Place(types.STATE, node.name, "", found, path)
     if first == "parameters" and path:
         found = entry(node.component.parameters.dtype, path, f"{where}: {name}.parameters", ("period",))
         return Place(types.PARAMETER, node.name, "", found, path)

@@ -63,12 +63,15 @@ def _judged(scenario, status, onset, failed):
     found = {"false_alarms": len(acts) - len(later)}
     if onset is None:
         return found
+    recovery = 0.0
+    if len(last):
+        recovery = None if last[-1] == len(t) - 1 else float(t[last[-1]]) - onset
     return found | {
         "fault_detected": bool(later),
         "fault_detection_delay_s": later[0][0] - onset if later else None,
         "fault_detected_by": later[0][2].id if later else None,
         "fault_isolated": bool(set(blaming[0].blames) & failed) if blaming else None,
-        "fault_recovery_s": None if len(last) and last[-1] == len(t) - 1 else float(t[last[-1]]) - onset if len(last) else 0.0,
+        "fault_recovery_s": recovery,
     }
 
 

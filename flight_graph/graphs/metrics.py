@@ -12,8 +12,8 @@ from flight_graph.graphs.scenario import Scenario
 
 
 def compute(scenario: Scenario, signals) -> dict:
-    """Return the metrics of a run by name, in plain types: those of the scenario's function, if it names one, and the scores
-    of its faults and monitors (`flight_graph.graphs.fault_scores`).
+    """Return the metrics of a run by name, in plain types: those of the scenario's function, if it names one, and the
+    scores of its faults and monitors (`flight_graph.graphs.fault_scores`).
 
     signals: a mapping topic -> structured array (a Recording, or a bag's signals).
     """

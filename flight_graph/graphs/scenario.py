@@ -149,7 +149,8 @@ class Scenario:
         """The faults of the graph, those that were injected among them. Raises FlightError."""
         entries = [*(self.file.faults or []), *injected]
         read = self._with_spares(fault_file.read(entries, f"{self.origin}: faults"))
-        return FaultSet(read, self.graph.nodes, self.seed, f"{self.origin}: faults", self.faults.monitors, self.epoch_ns, True)
+        return FaultSet(read, self.graph.nodes, self.seed, f"{self.origin}: faults", self.faults.monitors, self.epoch_ns,
+                        True)
 
     def _with_spares(self, entries):
         """Entries in the order of the report: those of the file, then live ones by number, those that are free too."""

@@ -14,10 +14,10 @@
       runs: 200                                # draws for each combination of cases and grid
       seed: 7                                  # of the draws
 
-A key is ``component.parameter``, ``component.rate_hz``, ``component.use``, ``faults.ID.key``, ``seed`` or ``duration_s``. The combinations
-(cases outermost, last key of the grid innermost) are numbered first: case K is combination K mod C with draw K div C.
-A draw is a pure function of (seed, key, draw number), so case K has the same values whatever ran before it and however
-many runs there are, and all combinations meet the same draws.
+A key is ``component.parameter``, ``component.rate_hz``, ``component.use``, ``faults.ID.key``, ``seed`` or ``duration_s``.
+The combinations (cases outermost, last key of the grid innermost) are numbered first: case K is combination K mod C with
+draw K div C. A draw is a pure function of (seed, key, draw number), so case K has the same values whatever ran before it
+and however many runs there are, and all combinations meet the same draws.
 """
 
 import itertools

@@ -1,8 +1,8 @@
 """The component ``monitors``: says which watchpoints hold and how often each actionpoint has acted, and asks for modes.
 
 It is called ``flight_graph.monitors.limit_checker:WATCHPOINTS;ACTIONPOINTS;COMPONENT=VEHICLE`` (ids joined by commas; one
-COMPONENT=VEHICLE for each component whose mode it asks for). Like the report of faults it computes nothing itself: its records
-are filled where the schedule looks at watchpoints.
+COMPONENT=VEHICLE for each component whose mode it asks for). Like the report of faults it computes nothing itself: its
+records are filled where the schedule looks at watchpoints.
 """
 
 from functools import cache
@@ -55,8 +55,8 @@ def limit_checker(watchpoints: tuple[str, ...], actionpoints: tuple[str, ...], r
         value = types["diagnostic_msgs/msg/KeyValue"]
         held = [value(key=name, value=str(int(getattr(record, name)))) for name in watchpoints]
         made = [types["diagnostic_msgs/msg/DiagnosticStatus"](
-            level=_LEVELS[level], name=f"monitors: {name}", message=text or f"{name} has acted", hardware_id="", values=held)
-            for name, level, text in acted]
+            level=_LEVELS[level], name=f"monitors: {name}", message=text or f"{name} has acted", hardware_id="",
+            values=held) for name, level, text in acted]
         none = types["diagnostic_msgs/msg/DiagnosticStatus"](level=0, name="monitors", message="no actionpoint has acted",
                                                              hardware_id="", values=held)
         stamp = record.header.stamp

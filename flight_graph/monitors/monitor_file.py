@@ -9,9 +9,9 @@
         - {id: lost, when: fast or tracker_silent, in_a_row: 3, act: once, level: error, text: attitude lost,
            blames: [star_tracker], mode: {modes: hold}, set: {controller.torque_limit: 0.01}}
 
-A watchpoint is true while its expression holds, or while a signal's newest message is older than a time. An actionpoint joins
-watchpoints; when they have held so often in a row, it acts: once in a run, or each time anew. What it means in a graph is
-worked out in `flight_graph.monitors.monitor_set`.
+A watchpoint is true while its expression holds, or while a signal's newest message is older than a time. An actionpoint
+joins watchpoints; when they have held so often in a row, it acts: once in a run, or each time anew. What it means in a
+graph is worked out in `flight_graph.monitors.monitor_set`.
 """
 
 from typing import Annotated, Literal
@@ -95,7 +95,8 @@ def _sentence(error, data) -> str:
     first = error.errors()[0]
     place, value = "", data
     for part in first["loc"]:
-        named = isinstance(part, int) and isinstance(value, list) and isinstance(value[part], dict) and value[part].get("id")
+        listed = isinstance(part, int) and isinstance(value, list) and isinstance(value[part], dict)
+        named = listed and value[part].get("id")
         place += f".{short(str(named), 60)}" if named else f"[{part}]" if isinstance(part, int) else f".{short(part, 60)}"
         value = value[part] if isinstance(value, (dict, list)) and first["type"] != "missing" and (
             isinstance(part, int) or part in value) else None

@@ -1,7 +1,7 @@
 """The monitors of a scenario, checked against its graph: what each watchpoint reads, what each actionpoint does.
 
-Watchpoints are looked at once a firing of the component ``monitors``, on signals as they were before the tick. A parameter that
-an actionpoint sets is set where the component fires, once its actionpoint has acted.
+Watchpoints are looked at once a firing of the component ``monitors``, on signals as they were before the tick. A
+parameter that an actionpoint sets is set where the component fires, once its actionpoint has acted.
 """
 
 import re
@@ -42,7 +42,9 @@ class Action:
 
 
 def component_of(found: MonitorsFile, nodes: dict, where: str) -> tuple[str, type]:
-    """The name and the class of the component ``monitors``. nodes: name -> node, of the rest of the graph. Raises FlightError."""
+    """The name and the class of the component ``monitors``. nodes: name -> node, of the rest of the graph. Raises
+    FlightError.
+    """
     wanted = {name: _vehicle(name, nodes, f"{where}.{one.id}.mode") for one in found.actionpoints for name in one.mode}
     watchpoints, actionpoints = (tuple(one.id for one in entries) for entries in (found.watchpoints, found.actionpoints))
     told = tuple((one.level, one.text) for one in found.actionpoints)
@@ -58,7 +60,8 @@ def _vehicle(name, nodes, where) -> str:
     signal = component.inputs.get(REQUEST)
     if signal is None or not signal.topic.endswith(_TOPIC) or not getattr(component, "modes", ()):
         takers = [other for other, node in nodes.items() if getattr(node.component, "modes", ())]
-        raise FlightError(f"{where}: {name} takes no modes; components that do: {', '.join(takers) or 'none in this graph'}")
+        raise FlightError(f"{where}: {name} takes no modes; components that do: "
+                          f"{', '.join(takers) or 'none in this graph'}")
     return signal.topic.removesuffix(_TOPIC)
 
 
@@ -94,8 +97,8 @@ class MonitorSet:
             found = condition(f"age({entry.stale}) > {entry.after_s!r}", self._nodes, f"{where}.stale")
         for name, port in found.signals:
             if self._nodes[name].component.outputs[port].role is Role.TRUTH:
-                raise FlightError(f"{where}: {name}.{port} is the truth, which flight software cannot see; watch a sensor, an "
-                                  "estimate or a command")
+                raise FlightError(f"{where}: {name}.{port} is the truth, which flight software cannot see; watch a sensor, "
+                                  "an estimate or a command")
         if not found.signals:
             raise FlightError(f"{where}: it watches no signal")
         return found

@@ -29,8 +29,8 @@ def _graph(namespace: str):
         client, deadline = AsyncParameterClient(node, name), time.monotonic() + patience_s()
         while not client.services_are_ready():
             if time.monotonic() > deadline:
-                raise FlightError(f"there is no node {name} on this ROS domain: a graph takes faults while it runs as nodes, "
-                                  "where its scenario has live_faults; ROS_DOMAIN_ID chooses the domain")
+                raise FlightError(f"there is no node {name} on this ROS domain: a graph takes faults while it runs as "
+                                  "nodes, where its scenario has live_faults; ROS_DOMAIN_ID chooses the domain")
             time.sleep(0.02)
 
         def ask(call):

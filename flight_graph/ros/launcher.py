@@ -1,6 +1,7 @@
 """Runs a scenario as ROS 2 nodes: starts them, watches them, ends them, and leaves the bag."""
 
 import contextlib
+import importlib.util
 import json
 import os
 import queue
@@ -80,7 +81,8 @@ def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: flo
             readers = {consumer.name + "." + target for consumer, target, _ in graph.consumers(name, port)}
             readers |= {f"{other}.when {name}.{port}" for other in graph.nodes if (name, port) in faults.watched(other)}
             settings[f"outputs.{port}.slotted"] = faults.is_irregular(name, port)
-            settings[f"outputs.{port}.subscribers"] = len(readers) + ((name, port) in recorded)
+            heard = (name, port) in recorded or is_installed(graph.signal(name, port).type_name)  # the recorder has ears
+            settings[f"outputs.{port}.subscribers"] = len(readers) + heard
         values = {key: flat(value) for key, value in node.values.items()}
         parameters[name] = {**values, "rate_hz": float(node.rate_hz),
                             **{f"graph.{key}": value for key, value in settings.items()}}
@@ -113,6 +115,11 @@ def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float 
         result = launch.run()
         result.notes = launch.supervisor.notes if launch.supervisor else []
         return result
+
+
+def is_installed(type_name: str) -> bool:
+    """Whether the package of a message type is installed."""
+    return importlib.util.find_spec(type_name.split("/")[0]) is not None
 
 
 def published(graph) -> list[str]:
@@ -298,7 +305,6 @@ def _specs(scenario, work, folder, pace, factor, timeout_s, check_bounds):
 
 def refuse(scenario: Scenario) -> None:
     """Refuse a scenario or a machine that the ros engine cannot serve."""
-    import importlib.util
     check_engine(scenario, "ros")
     if importlib.util.find_spec("rclpy") is None:
         raise FlightError("the ros engine needs rclpy; source a ROS 2 Jazzy, or install the extra: pip install "

@@ -1,11 +1,13 @@
-"""Faults that are injected while a graph runs: the report of faults takes them, every node learns of them before they begin.
+"""Faults that are injected while a graph runs: the report of faults takes them, every node learns of them before they
+begin.
 
 A scenario with ``live_faults: N`` keeps places ``live_1`` to ``live_N`` for them. The node ``faults`` has the parameters
-``inject`` (a fault as in a scenario's block, without id and times), ``clear`` (an id) and ``injected`` (what there is, as JSON),
-so that every tool that sets parameters can inject. An injection begins at a time that no node has come to yet, so it is an
-ordinary fault of the run: the recorder writes it into the bag, and the bag can be run again from itself.
+``inject`` (a fault as in a scenario's block, without id and times), ``clear`` (an id) and ``injected`` (what there is, as
+JSON), so that every tool that sets parameters can inject. An injection begins at a time that no node has come to yet, so
+it is an ordinary fault of the run: the recorder writes it into the bag, and the bag can be run again from itself.
 
-``/faults/injected`` and ``/faults/taken`` carry std_msgs/String: a fault as JSON, and ``node count`` of one that has been taken.
+``/faults/injected`` and ``/faults/taken`` carry std_msgs/String: a fault as JSON, and ``node count`` of one that has been
+taken.
 """
 
 import json
@@ -17,7 +19,6 @@ from rclpy.parameter import Parameter
 
 from flight_graph import yaml_text
 from flight_graph.errors import FlightError, unknown
-from flight_graph.faults import fault_file
 from flight_graph.faults.fault_set import FaultSet
 from flight_graph.faults.report import REPORT
 from flight_graph.ros.ports import LoopOnly, RawPublisher, RawSubscription
@@ -112,7 +113,8 @@ class Host:
         with self._lock:
             free = [name for name in self._scenario.live_ids if name not in self._entries]
             if not free:
-                raise FlightError(f"{INJECT}: all {len(self._scenario.live_ids)} places are taken (live_faults of the scenario)")
+                raise FlightError(f"{INJECT}: all {len(self._scenario.live_ids)} places are taken (live_faults of the "
+                                  "scenario)")
             begin = self._begin()
             data = {**data, "id": free[0], "from_s": begin / SECOND}
             return self._send(data, f"{free[0]} begins at t = {begin / SECOND:.9g} s")
@@ -165,5 +167,6 @@ class Host:
             if self._node.get_name() in late:
                 return  # its own is taken at the next look
             if time.monotonic() > deadline:
-                raise FlightError(f"{self._node.get_name()}: waited for {', '.join(sorted(late))} to take an injected fault")
+                raise FlightError(f"{self._node.get_name()}: waited for {', '.join(sorted(late))} to take an injected "
+                                  "fault")
             self._acks.wait(SECOND)

@@ -268,7 +268,9 @@ class ComponentFaults:
 
 
 class Beats:
-    """Listens whether the other nodes live, and tells the starter of the graph which have fallen silent, again and again."""
+    """Listens whether the other nodes live, and tells the starter of the graph which have fallen silent, again and
+    again.
+    """
 
     def __init__(self, node):
         self._node, self._silent = node, {}  # name -> when it was told last (monotonic) [s]

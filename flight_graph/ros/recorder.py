@@ -35,7 +35,7 @@ class Stream:
     def __init__(self, node, topic: RecordedTopic, epoch_ns: int, end_ns: int, group, slotted: bool = False):
         self.topic, self.end_ns = topic, end_ns
         self.lost, self.refused, self.next_ns, self.queue = 0, 0, 0, deque()
-        self.excused = False  # in realtime, of a node whose process may be stopped and killed: what it does not say is no loss
+        self.excused = False  # in realtime, of a node whose process may be stopped and killed: its silence is no loss
         self._epoch_ns, self._log = epoch_ns, node.get_logger()
         self.subscription = RawSubscription(node, topic.topic, topic.type_name, RECORDER, group)
         self._slots = SlotReader(self.subscription, RawSubscription(
@@ -229,8 +229,11 @@ def _listeners(node, scenario, streams) -> list[RawSubscription]:
         types[f"{name}/transition_event"] = "lifecycle_msgs/msg/TransitionEvent"
         signals = [graph.signal(name, port) for port in found.component.outputs]
         types |= {made.topic: made.type_name for made in [*signals, *found.component.formatted]}
+        types |= {slots_topic(signal.topic): SLOT_TYPE for port, signal in found.component.outputs.items()
+                  if scenario.faults.is_irregular(name, port)}
     for stream in streams:
         types.pop(stream.topic.topic, None)
+        types.pop(slots_topic(stream.topic.topic), None)
     group = LoopOnly()
     return [RawSubscription(node, topic, type_name, _EAR, group) for topic, type_name in types.items()
             if is_importable(type_name)]

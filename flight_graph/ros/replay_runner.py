@@ -18,8 +18,8 @@ from flight_graph.recordings.comparison import write_topics
 from flight_graph.recordings.recorded_run import open_recorded
 from flight_graph.recordings.recording import formatted_payload
 from flight_graph.replays.replay import comparable_topics, recorded_inputs
-from flight_graph.ros.node import CLOCK, CLOCK_PERIOD_NS, clock_payload
 from flight_graph.ros import recorder, slots
+from flight_graph.ros.node import CLOCK, CLOCK_PERIOD_NS, clock_payload
 from flight_graph.ros.ports import LoopOnly, RawPublisher
 from flight_graph.ros.progress import Watch
 from flight_graph.timebase import SECOND, stamp_parts
@@ -59,8 +59,8 @@ class Replayer:
         self._answers = comparable_topics(self._run, self._component)
         self._plain = [topic for topic in self._answers if topic.formatted is None]
         irregular = self._run.scenario.faults.is_irregular
-        self._streams = [recorder.Stream(node, topic, self._epoch_ns, self._end_ns, group, irregular(topic.node, topic.port))
-                         for topic in self._plain]
+        self._streams = [recorder.Stream(node, topic, self._epoch_ns, self._end_ns, group,
+                                         irregular(topic.node, topic.port)) for topic in self._plain]
         self._watch = Watch(node, self._component, group)
 
     def _get(self, name, default):

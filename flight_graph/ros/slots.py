@@ -1,7 +1,8 @@
 """Slots: what a node says of an output whose faults may keep messages back, so that lockstep need not guess.
 
-``<topic>/slots`` carries a std_msgs/Header for each firing that would publish: its stamp, and in place of a frame the number
-of messages that were sent on the topic for it (0: none, 2: one twice). A reader waits for the slot, then for so many messages.
+``<topic>/slots`` carries a std_msgs/Header for each firing that would publish: its stamp, and in place of a frame the
+number of messages that were sent on the topic for it (0: none, 2: one twice). A reader waits for the slot, then for so
+many messages.
 """
 
 import struct

@@ -1,8 +1,9 @@
 """Starts the nodes of a graph quickly: one process imports everything once, and forks one child per node.
 
-Run as ``python -m flight_graph.ros.spawner`` with a JSON list on a line of standard input: {"name", "use", "arguments"} each
-(``use`` is a component or one of PROGRAMS). Further lines are nodes to start later. Events are JSON lines on standard output: {"node", "pid"}, what nodes announce, and
-{"node", "exit"}. The children get SIGTERM when this process dies, this process when its starter dies.
+Run as ``python -m flight_graph.ros.spawner`` with a JSON list on a line of standard input: {"name", "use", "arguments"}
+each (``use`` is a component or one of PROGRAMS). Further lines are nodes to start later. Events are JSON lines on
+standard output: {"node", "pid"}, what nodes announce, and {"node", "exit"}. The children get SIGTERM when this process
+dies, this process when its starter dies.
 """
 
 import contextlib

@@ -1,7 +1,9 @@
-"""The processes of a graph in realtime: stopped, killed and started as faults of components want it, and as a watchdog must.
+"""The processes of a graph in realtime: stopped, killed and started as faults of components want it, and as a watchdog
+must.
 
-Who runs the graph feeds it events: ``{"fault", "active"}`` of the report of faults, ``{"silent", ...}`` and ``{"back", ...}`` of
-the clock master, and the ends of processes. What it did stands in ``notes``, and in a file that the recorder puts into the bag.
+Who runs the graph feeds it events: ``{"fault", "active"}`` of the report of faults, ``{"silent", ...}`` and ``{"back",
+...}`` of the clock master, and the ends of processes. What it did stands in ``notes``, and in a file that the recorder
+puts into the bag.
 """
 
 import json

@@ -27,10 +27,10 @@ class FaultRow:
 
     def plain(self) -> dict:
         """The row for a machine."""
-        return {"name": self.name, "runs": self.runs, "active": self.active, "detected": self.detected, "missed": self.missed,
-                "isolated": self.isolated, "wrong": self.wrong, "false_alarms": self.false_alarms, "stopped": self.stopped,
-                "median_delay_s": median(self.delays_s) if self.delays_s else None, "by": dict(self.by),
-                "modes": dict(self.modes)}
+        return {"name": self.name, "runs": self.runs, "active": self.active, "detected": self.detected,
+                "missed": self.missed, "isolated": self.isolated, "wrong": self.wrong, "false_alarms": self.false_alarms,
+                "stopped": self.stopped, "median_delay_s": median(self.delays_s) if self.delays_s else None,
+                "by": dict(self.by), "modes": dict(self.modes)}
 
 
 def fault_rows(rows) -> list[FaultRow]:

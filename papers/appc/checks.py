@@ -66,6 +66,19 @@ def invertible_nearby(theta=1.5):
     return condition < 100.0, f"condition number of G_a at theta = {theta:.4g} rad: {condition:.3g}"
 
 
+def lying(faces=(0, 1, 2)):
+    """Remark 1: on the ground, on a face at the pivot (number of its axis), in every heading, theta is in (0, pi / 2)."""
+    sines = []
+    for face in faces:
+        axis = np.cross(UP, np.eye(3)[face])
+        cross = cross_matrix(axis)
+        upright = np.eye(3) + cross + cross @ cross / (1.0 + UP[face])  # takes UP to that body axis
+        sines += [(upright @ turned(heading))[2, 0] for heading in np.radians(range(360))]
+    low, high = np.degrees(np.arcsin([min(sines), max(sines)]))
+    return {"theta is not +-pi/2": (bool(max(map(abs, sines)) < 0.99), f"{low:.1f} to {high:.1f} degrees"),
+            "0 < theta < pi/2": (bool(low > 0.0 and high < 90.0), f"{low:.1f} to {high:.1f} degrees")}
+
+
 def inverted_pendulum(arm=-0.5 * LENGTH):
     """Eq. (4) with r = arm [1, 1, 1] [m] falls over: eigenvalues of eq. (2), (4), (5), linearised, g = 0.002 m/s^2."""
     moments = [(moment(small, arm) - moment(-small, arm)) / (2.0 * STEP) for small in STEP * np.eye(3)]

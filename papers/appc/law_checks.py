@@ -72,6 +72,28 @@ def attitude_error_in_proof(rate_error=0.0):
     return off < 1e-3, f"off by {off:.2g} 1/s at most"
 
 
+def lower_bounds(strict=True):
+    """Eq. (23): 0 < p_l <= p_a and 0 < R_l <= R_a = |rho' e| / rho^2, here over 10 s; strict: above zero, not at it."""
+    run = law.run(10.0, 5e-3)
+    rho = np.array([law.bounds(t)[0] for t in run.t])[:, None]
+    drift = law.L_A * (rho - law.RHO_A_INF) * run.angles / rho**2
+    turns = np.sign(drift[1:]) != np.sign(drift[:-1])
+    first = run.t[1:][turns.any(axis=1)]
+    found = f"R_a of an axis is zero at {first[0]:.2f} s, where its error changes sign" if len(first) else "R_a is not zero"
+    return {"p_a": (bool((1.0 / rho).min() > 0.0), f"{(1.0 / rho).min():.3g} 1/rad at least"),
+            "R_a": (len(first) == 0 or not strict, found)}
+
+
+def estimate_in_proof(learning=1.0):
+    """After eq. (24): v - v_hat is the constant R_h / (p_l k), v constant, so v_hat is; learning: times eta_a."""
+    run = trajectory()
+    rho = np.array([law.bounds(t)[0] for t in run.t])[:, None]
+    most = np.abs(law.L_A * (rho - law.RHO_A_INF) * run.angles / rho**2).max()
+    constant = most / ((1.0 / rho).min() * law.K_A)
+    grown = learning * law.ETA_A * np.trapezoid(np.abs(law.transform(run.angles / rho)), run.t, axis=0).max()
+    return bool(grown < 1e-9), f"it would be {constant:.1f}, and falls by {grown:.3f} within 3 s, as v_hat grows"
+
+
 def lyapunov_derivative(half=0.5):
     """Eq. (21): the derivative of half ln(1 / (1 - xi^2)) is eps xi'."""
     xi, step = np.linspace(-0.95, 0.95, 39), 1e-6

@@ -58,6 +58,24 @@ def moment_about_origin(corrected: bool = False):
     return {name: agree((lines(b)[k], b.moment) for b in every_body()) for k, name in enumerate(("line 1", "line 2"))}
 
 
+def nonlinear(about_origin: bool = False):
+    """(19) is not linear in inertia, first moment and mass, for m P^2. about_origin: with the inertia of (A7) it is."""
+    def moment(b, inertia, first, mass):
+        found = inertia @ b.al + np.cross(b.w, inertia @ b.w) + np.cross(first, b.a)
+        if about_origin:
+            return found
+        return found + np.cross(first, np.cross(b.al, first) + np.cross(b.w, np.cross(b.w, first))) / mass
+    pairs, every = [], list(every_body())
+    for b, other in zip(every, every[1:]):
+        two = [(one.about_origin if about_origin else one.inertia, one.mass * one.c, one.mass) for one in (b, other)]
+        apart = moment(b, *two[0]) + moment(b, *two[1])
+        pairs.append((apart, moment(b, *(x + y for x, y in zip(*two)))))
+        if np.abs(moment(b, *two[0]) - b.moment).max() > 1e-9 * np.abs(b.moment).max():
+            raise ArithmeticError("this is not the moment of (19)")
+    held, text = agree(pairs)
+    return not held, text
+
+
 def third_term(factor: float = 1.0):
     """(A2): P x m v_dot_C in three terms. factor: of P x (omega_dot x P)."""
     return agree((b.mass * np.cross(b.c, b.a) + factor * b.mass * np.cross(b.c, np.cross(b.al, b.c))

@@ -35,7 +35,7 @@ def euler_singularity(corrected: bool = False):
     """Below (3): N cannot be inverted where cos alpha is zero (corrected: cos beta)."""
     angles = np.random.default_rng(3).uniform(-1.4, 1.4, (STATES, 3))
     angles[:, 1 if corrected else 0] = np.pi / 2.0
-    found = [abs(np.linalg.det(body_rates_matrix(one))) for one in angles]
+    found = [abs(np.linalg.det(printed_rates_matrix(one))) for one in angles]
     return bool(max(found) < EXACT), f"|det N| there: {min(found):.2g} to {max(found):.2g}"
 
 
@@ -54,6 +54,16 @@ def axis_angle(factor: float = 1.0):
         q = np.concatenate([[np.cos(factor * psi / 2.0)], np.sin(factor * psi / 2.0) * axis])
         pairs += [(rotation_of(q), expm(psi * cross_matrix(axis))), (q @ q, 1.0)]
     return agree(pairs)
+
+
+def unique_quaternion(largest: float = 180.0):
+    """Below (4): one Q with q0 > 0 for each attitude. largest: turn [deg] that is looked at besides one of 90 deg."""
+    found = {}
+    for psi in (90.0, largest):
+        q0 = np.cos(np.radians(psi) / 2.0)
+        count = sum(one > EXACT for one in (q0, -q0))  # of Q and -Q
+        found[f"a turn of {psi:g} deg"] = count == 1, f"{count} with q0 > 0"
+    return found
 
 
 def quaternion_of(rotation):

@@ -90,6 +90,36 @@ def velocity_terms(factor: float = 1.0):
     return agree(pairs)
 
 
+def matrix_of_theta(rates: bool = False):
+    """(30): the velocity terms are D(Theta) times the rates, twice as large at twice the rates. rates: D has them, too."""
+    pairs, still = [], np.zeros(SIZE)
+    for arm, q, rate in coordinates():
+        terms = inverse(arm, q, rate, still)
+        if rates:
+            matrix = coriolis_matrix(lambda point, arm=arm: reduced_mass_matrix(arm, point), q, 2.0 * rate)
+            pairs.append((matrix @ (2.0 * rate), inverse(arm, q, 2.0 * rate, still)))
+        else:
+            pairs.append((2.0 * terms, inverse(arm, q, 2.0 * rate, still)))
+    return agree(pairs)
+
+
+def energy_is_positive(body_axes: bool = False):
+    """(35): V > 0 for every sigma, so M(Theta) is positive definite. body_axes: sigma of the base in body axes."""
+    found = {"beta from -80 to 80 deg": np.radians(np.linspace(-80.0, 80.0, 9)), "beta = 90 deg": [0.5 * np.pi]}
+    least = dict.fromkeys(found, np.inf)
+    for arm, q, _ in coordinates():
+        for name, angles in found.items():
+            for beta in angles:
+                point = np.concatenate([q[:3], np.zeros(3) if body_axes else [q[3], beta, q[5]], q[6:]])
+                rates = np.eye(SIZE)
+                if body_axes:
+                    rates[:3, :3] = np.linalg.inv(body_rates_matrix(point[3:6]))
+                values = np.linalg.eigvalsh(rates.T @ reduced_mass_matrix(arm, point) @ rates)
+                least[name] = min(least[name], values[0] / values[-1])
+    return {name: (bool(ratio > EXACT), f"smallest eigenvalue of M {ratio:.1e} of the largest")
+            for name, ratio in least.items()}
+
+
 def forward_dynamics(factor: float = 1.0):
     """(27), (28): Theta_ddot = M^-1 (tau - tau'), back from the torques of a known motion. factor: of tau'."""
     draw, pairs = np.random.default_rng(28), []

@@ -22,10 +22,10 @@ import math
 
 from cubli_ros.attitude import cardan_from_quaternion, quaternion_from_cardan
 from flight_graph.components.component import Component, Formatted
-from flight_graph.components.records import Choice, State, field
+from flight_graph.components.records import Choice, field
 from flight_graph.errors import FlightError
 from flight_graph.timebase import SECOND
-from flight_math import Quaternion, Vec3, kernel, plain, rotate, rotate_back, sincos
+from flight_math import Quaternion, Vec3, kernel, plain, rotate, rotate_back, same, sincos
 from msg_schemas import cubli
 from sim_nodes.cubli import contact, dynamics
 from sim_nodes.cubli.contact_events import (
@@ -40,8 +40,8 @@ from sim_nodes.cubli.contact_events import (
     standing_force,
     touch,
 )
-from sim_nodes.cubli.plant import SITE_FROM_BALANCE, RoverParameters, transform
-from sim_nodes.cubli.reaction_wheels import deliverable_torque
+from sim_nodes.cubli.plant import SITE_FROM_BALANCE, RoverParameters, WheelDrive, transform
+from sim_nodes.cubli.reaction_wheels import wheel_torque
 from sim_nodes.gravity.parameters import SiteParameters, resolve_site
 
 
@@ -57,7 +57,7 @@ class PhysicalPlantParameters(RoverParameters, SiteParameters):
                                         doc="of each axis; acts as a torque of m l^2 / 6 times this")
 
 
-class PhysicalPlantState(State):
+class PhysicalPlantState(WheelDrive):
     """Motion as in `sim_nodes.cubli.contact`; slide, anchor, force: site frame; extremes and events for the messages."""
 
     attitude: Quaternion
@@ -104,13 +104,13 @@ def start(p, x):
 
 
 @kernel
-def update(t_ns, p, x, command):
+def update(t_ns, p, x, command, power):
     """One period under the wheels' torque: clipped to what they can deliver, held."""
     if x.mode == ENDED:
         return
     normal, t = ground_normal(p), t_ns / SECOND
     x.normal_force, x.friction_ratio = LOST, 0.0
-    x.torque = deliverable_torque(p, command.effort, x.wheel_speed)
+    x.torque = wheel_torque(p, x, command, power.on if power.header.stamp.sec != 0 else same(1.0))
     substeps = math.ceil(p.period / p.largest_step - 1e-9)
     h = p.period / substeps
     for step in range(substeps + 1):
@@ -152,7 +152,8 @@ class CubliPhysicalPlant(Component):
     """The Cubli rover with wheels and full inertia on tilted ground: contact, slip, lift-off and flight."""
 
     parameters, state = PhysicalPlantParameters, PhysicalPlantState
-    inputs = {"command": cubli.COMMAND}
+    inputs = {"command": cubli.COMMAND, "power": cubli.WHEEL_POWER}
+    optional_inputs = ("power",)
     outputs = {"truth": cubli.TRUTH, "contact": cubli.TRUTH_CONTACT, "attitude": cubli.TRUTH_ATTITUDE,
                "wheels": cubli.WHEEL_STATE, "pose": cubli.TRUTH_POSE}
     output_rate_hz = {"pose": 10.0}

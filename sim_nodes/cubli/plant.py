@@ -14,7 +14,7 @@ from flight_math import Quaternion, Vec3, kernel, rotate, rotate_back, same
 from msg_schemas import cubli
 from msg_schemas.definitions import TYPESTORE
 from sim_nodes.cubli import dynamics
-from sim_nodes.cubli.reaction_wheels import deliverable_torque, spun
+from sim_nodes.cubli.reaction_wheels import spun, wheel_torque
 
 # Quaternion x, y, z, w that turns balance-frame coordinates into the site frame: [1, 1, 1] / sqrt(3) goes up.
 _HALF = 0.5 * math.acos(1.0 / math.sqrt(3.0))  # [rad]
@@ -32,6 +32,11 @@ class RoverParameters(Parameters):
     torque_limit: float = field(0.02, unit="N m", gt=0, doc="each wheel's largest torque")
     speed_limit: float = field(628.0, unit="rad/s", gt=0, doc="each wheel's largest speed")
     wheel_inertia: float = field(1.0e-3, unit="kg m^2", gt=0, doc="of each wheel about its axis")
+    wheel_effectiveness: Vec3 = field(1.0, unit="1", ge=0, le=2, doc="torque of each motor over what it is told")
+    wheel_runaway: Vec3 = field(0.0, unit="N m", doc="torque that each drive gives whatever it is told; 0: none, it obeys")
+    wheel_viscous: Vec3 = field(0.0, unit="N m s/rad", ge=0, doc="friction of each bearing over its speed")
+    wheel_coulomb: Vec3 = field(0.0, unit="N m", ge=0, doc="dry friction of each bearing; it holds a wheel that stands")
+    command_timeout: float = field(0.0, unit="s", ge=0, doc="without a new command for longer, no torque; 0: never")
     largest_step: float = field(1.0e-3, unit="s", gt=0, doc="Runge-Kutta steps are no longer than this")
 
 
@@ -42,7 +47,15 @@ class CubliPlantParameters(RoverParameters):
     gravity_sign: int = field(1, ge=-1, le=1, source="eq. (4)", doc="+1: inverted pendulum; -1: as printed (hanging)")
 
 
-class CubliPlantState(State):
+class WheelDrive(State):
+    """Stamp of the last command that a drive heard, and for how long [s] it has not heard another."""
+
+    command_sec: int
+    command_nanosec: int
+    command_silence: float
+
+
+class CubliPlantState(WheelDrive):
     angles: Vec3
     rates: Vec3
     wheel_speed: Vec3
@@ -72,7 +85,7 @@ def output(t_ns, p, x, truth, attitude, wheels, pose):
 @kernel
 def update(t_ns, p, x, command):
     """One period under the wheels' torque: clipped to what they can deliver, held."""
-    x.torque = deliverable_torque(p, command.effort, x.wheel_speed)
+    x.torque = wheel_torque(p, x, command, same(1.0))
     t, substeps = t_ns / SECOND, math.ceil(p.period / p.largest_step - 1e-9)
     held, motion, h, before = (p, level_gravity(p), x.torque), (x.angles, x.rates), p.period / substeps, x.rates
     for step in range(substeps):

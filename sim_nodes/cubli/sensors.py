@@ -7,7 +7,7 @@ from flight_graph.components.records import Parameters, field
 from flight_math import Vec3, kernel
 from msg_schemas import cubli
 from sim_nodes.sensors.inertial import ImuState, accelerometer, gyro, start_imu, write_imu
-from sim_nodes.sensors.star_tracker import measured_attitude
+from sim_nodes.sensors.star_tracker import NO_FIX, is_blinded, measured_attitude
 
 
 class ImuParameters(Parameters):
@@ -43,16 +43,21 @@ class Imu(Component):
 
 class StarTrackerParameters(Parameters):
     sigma: float = field(5e-5, unit="rad", ge=0, doc="noise of a measurement about each body axis")
+    boresight: Vec3 = field((1.0, 0.0, 0.0), unit="1", doc="where it looks, body frame; any length")
+    blinding_direction: Vec3 = field((1.0, 1.0, 1.0), unit="1", doc="where the Sun or a limb is, balance frame; any length")
+    blinding_angle: float = field(0.0, unit="rad", ge=0, le=3.2,
+                                  doc="blind while the boresight is nearer to that direction; 0: never")
     seed: int = field(0, ge=0, doc="noise stream")
 
 
 @kernel
 def sample_star_tracker(t_ns, p, x, truth, measured):
-    measured.quaternion = measured_attitude(t_ns, p, quaternion_from_cardan(truth.angles))
+    attitude = quaternion_from_cardan(truth.angles)
+    measured.quaternion = NO_FIX if is_blinded(p, attitude) else measured_attitude(t_ns, p, attitude)
 
 
 class StarTracker(Component):
-    """Star tracker of the Cubli rover."""
+    """Star tracker of the Cubli rover. A quaternion of zeros: it is blinded."""
 
     parameters = StarTrackerParameters
     inputs, outputs = {"truth": cubli.TRUTH}, {"measured": cubli.STAR_TRACKER}

@@ -11,7 +11,7 @@ from flight_graph.components.component import Component, Formatted
 from flight_graph.components.records import field
 from flight_graph.errors import FlightError
 from flight_graph.timebase import SECOND
-from flight_math import DualVector, Mat3, Quaternion, Vec3, atan2, kernel, largest, norm, transpose, uncompiled, vector_part
+from flight_math import Mat3, Quaternion, Vec3, atan2, kernel, largest, norm, transpose, uncompiled, vector_part
 from lander_ros.feed_forward import site_in_landing_frame
 from lander_ros.landing_checks import require_vehicle
 from lander_ros.twistor import unit_quaternion
@@ -22,12 +22,13 @@ from sim_nodes.lander import start as starts
 from sim_nodes.lander.descent import watched
 from sim_nodes.lander.dynamics import ELLIPSOID, Motion, attitude_matrix, motor, site_spin, touched_down
 from sim_nodes.lander.site import SiteState, prepare_site, site_orientation
+from sim_nodes.lander.thruster_failures import ThrusterFailures, Watchdog, watched_command
 from sim_nodes.lander.thrusters import apply_thrusters
 
 REFERENCE = "reference scenario (ours)"
 
 
-class LanderPlantParameters(starts.LanderStart):
+class LanderPlantParameters(starts.LanderStart, ThrusterFailures):
     mass: float = field(500.0, unit="kg", gt=0, source=REFERENCE, doc="mass at the start")
     inertia: Mat3 = field([[120.0, 2.0, -3.0], [2.0, 100.0, 1.5], [-3.0, 1.5, 140.0]], unit="kg m^2",
                                  source=REFERENCE, doc="J in B, constant")
@@ -57,7 +58,7 @@ class LanderPlantParameters(starts.LanderStart):
     largest_step: float = field(0.2, unit="s", gt=0, doc="Runge-Kutta steps are no longer than this")
 
 
-class LanderPlantState(SiteState):
+class LanderPlantState(SiteState, Watchdog):
     """Motion of the lander and the site it lands on; the wrench delivered over the last interval; gravity g^D at the
     position; the tally of the landing so far."""
 
@@ -146,7 +147,7 @@ def moving(prepare, dynamics):
         """One period under the wrench that the thrusters make of the command, held."""
         if x.landed:
             return
-        wrench, flow = apply_thrusters(p, DualVector(command.wrench.force, command.wrench.torque))
+        wrench, flow = apply_thrusters(p, watched_command(p, x, command))
         x.force, x.torque = wrench.real, wrench.dual
         substeps = int(math.ceil(p.period / p.largest_step - 1e-9))
         dt = p.period / substeps

@@ -10,7 +10,7 @@ import math
 from flight_graph.components.component import Component
 from flight_graph.components.records import Parameters, field
 from flight_graph.timebase import SECOND
-from flight_math import Vec3, acos, clip, dot, gaussian, kernel, norm, normalised, quaternion, rotate_back, where
+from flight_math import Vec3, acos, clip, dot, gaussian, kernel, norm, normalised, quaternion, rotate_back, uniform, where
 from lander_ros.landing_controller import pose_and_motor
 from lander_ros.navigation_filter import spin_quaternion
 from msg_schemas import lander
@@ -18,6 +18,7 @@ from sim_nodes.sensors.inertial import ImuState, accelerometer, gyro, start_imu,
 from sim_nodes.sensors.star_tracker import measured_attitude
 from sim_nodes.sensors.white_noise import white_noise
 
+MULTIPATH_DRAW = 2  # [-] index of the altimeter's draw; its noise takes those before
 SPIN = (0.0, 0.0002570616125008937, 0.00020878277451562036)  # [rad/s] w_D of the reference site
 
 
@@ -76,6 +77,8 @@ class AltimeterParameters(SiteSensorParameters):
     sigma: float = field(0.02, unit="m", ge=0, doc="noise of a measurement")
     relative_sigma: float = field(0.001, unit="1", ge=0, doc="further noise, relative to the distance")
     reach: float = field(5000.0, unit="m", gt=0, doc="largest distance")
+    multipath_probability: float = field(0.0, unit="1", ge=0, le=1, doc="of a measurement of the second echo; 0: never")
+    multipath_excess: float = field(10.0, unit="m", ge=0, doc="by which the path of the second echo is longer")
 
 
 class SiteCameraParameters(SiteSensorParameters):
@@ -100,6 +103,8 @@ def sample_altimeter(t_ns, p, x, truth, measured):
     measured.field_of_view = 2.0 * p.field_of_view
     measured.max_range = p.reach
     measured.variance = sigma * sigma
+    if p.multipath_probability > 0.0 and uniform(p.seed, t_ns, MULTIPATH_DRAW) < p.multipath_probability:
+        distance += p.multipath_excess
     noise = sigma * gaussian(p.seed, t_ns, 0) if sigma > 0.0 else 0.0
     # sensor_msgs/Range: no detection within reach is +-inf (REP 117)
     measured.range = distance + noise if in_view and distance <= p.reach else -math.inf

@@ -49,6 +49,36 @@ def test_a_turn_about_the_vertical_that_is_singular():
     assert not checks.always_invertible()[0] and checks.always_invertible(-2.0 * math.pi / 3.0)[0]
 
 
+def test_too_large_a_lambda_leaves_the_funnel(monkeypatch):
+    """0.05, which the law refuses to begin with, begun all the same, leaves the funnel; 0.047 does not."""
+    for gain, begins, stands in ((0.05, 1.061, False), (0.047, 0.997, True)):
+        monkeypatch.setattr(printed_law, "LAMBDA_A", gain)
+        monkeypatch.setattr(printed_law, "LAMBDA_U", gain)
+        run = printed_law.run(10.0, 5e-3)
+        assert np.abs(run.virtual[0]).max() / printed_law.RHO_U0 == pytest.approx(begins, abs=1e-3)
+        assert (np.abs(run.angles[-1]).max() < printed_law.bounds(10.0)[0]) == stands
+
+
+def test_a_rover_that_lies_on_a_face():
+    """Body axis x or y upright: the z axis is level, at most acos(1 / sqrt(3)) from the inertial x axis' elevation."""
+    largest = math.degrees(math.asin(math.sqrt(2.0 / 3.0)))
+    result = checks.lying()
+    assert {label: held for label, (held, _) in result.items()} == {"theta is not +-pi/2": True, "0 < theta < pi/2": False}
+    assert result["0 < theta < pi/2"][1] == f"{-largest:.1f} to {largest:.1f} degrees"
+    assert checks.lying([2])["0 < theta < pi/2"] == (True, "35.3 to 35.3 degrees")  # its z axis is the vertical
+
+
+def test_the_bounds_and_the_estimate_of_the_proof():
+    found = law_checks.lower_bounds()
+    assert found["p_a"] == (True, "2.5 1/rad at least") and not found["R_a"][0]  # 1 / rho_a0
+    crossing = float(found["R_a"][1].split(" at ")[1].split()[0])
+    assert 3.0 < crossing < 10.0  # the errors overshoot, see the row overshoot
+    held, text = law_checks.estimate_in_proof()
+    assert not held and law_checks.estimate_in_proof(0.0)[0]
+    largest = 0.29 * 0.8811845  # |l| xi, of which R_a is the part 1 - rho_inf / rho
+    assert float(text.split()[3].rstrip(",")) == pytest.approx(largest * 0.4 / 0.01, rel=0.05)
+
+
 def test_gravity_of_a_sphere_of_the_papers_density():
     """A sphere of 245 m has 1.829e-4 m/s^2; the poles of Bennu's shape are at 254 m, under which mass is missing."""
     pole = found(gravity_checks.gravity_at_poles()["the paper's density"][1])

@@ -92,6 +92,29 @@ def test_the_command_prints_rows_as_a_table_and_as_json(paper, made):
     assert rows[1]["estimated_verdict"] == "does not hold"
 
 
+@pytest.mark.parametrize("option", ["--figures", "--bags"])
+def test_a_folder_that_cannot_be_made_is_refused_before_anything_runs(paper, made, tmp_path, option):
+    name = paper(TEXT)
+    (tmp_path / "taken").write_text("a file")
+    with pytest.raises(FlightError, match=f"{option} .*taken: this folder cannot be made"):
+        CliRunner().invoke(app, ["claims", name, option, str(tmp_path / "taken")], catch_exceptions=False)
+    assert made == []
+
+
+def test_a_row_is_found_in_the_paper_that_has_it(paper, made, tmp_path, monkeypatch):
+    """Without a paper's name, by its id alone."""
+    name = paper(TEXT)
+    other = tmp_path / "other.yaml"
+    other.write_text(TEXT.replace("id: one", "id: three"))
+    known = {"another": other, name: tmp_path / "claims.yaml"}
+    monkeypatch.setattr(claims_file, "papers", lambda: known)
+    monkeypatch.setattr("flight_graph.cli.claims.papers", lambda: known)
+    found = json.loads(CliRunner().invoke(app, ["claims", "--only", "one", "--only", "two", "--json"]).output)["claims"]
+    assert [(row["paper"], row["id"]) for row in found] == [("another", "two"), ("test", "one"), ("test", "two")]
+    with pytest.raises(FlightError, match="papers: no claim called 'thre'; did you mean 'three'"):
+        CliRunner().invoke(app, ["claims", "--only", "thre"], catch_exceptions=False)
+
+
 def test_one_run_judges_the_rows_it_can(paper):
     rows = claims.judge_run(paper(TEXT), "cubli_asteroid", {"x": 1.0, "y": 1.0})
     assert [row.claim.id for row in rows] == ["one", "two"]
@@ -110,6 +133,9 @@ def test_one_run_judges_the_rows_it_can(paper):
     ("{scenario: cubli_asteroid}", "{scenario: cubli_asteroid, case: 1, cases: all}", "either case or cases"),
     ("value: plain.x,\n     relation: {below: 2}", "check: 'a:b', relation: {below: 2}", "or a check"),
     ("cases: [case 1, case 2]", "cases: []", "at least 1 item"),
+    ("value: plain.x,", "value: '1.0',", "every value of a claim is over 'run.metric'"),
+    ("values: {here: plain.x, there: each.x}", "values: {}", "there is one at least"),
+    ("quote: the error is small", "quote: '...'", "a quotation has words"),
     ("statement: paper", "statement: theirs", "'paper', 'implied' or 'ours'"),
     ("quote: the error is small, ", "", "quoted word for word"),
     ("statement: paper", "statement: ours", "one of ours is not"),

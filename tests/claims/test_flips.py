@@ -5,8 +5,9 @@ Rows whose change needs long runs are left out here; `flight claims --flips` mak
 
 import pytest
 
-from flight_graph.claims import claims_file, flips
+from flight_graph.claims import claims, claims_file, flips
 from flight_graph.claims.claims_file import ClaimsFile
+from flight_graph.errors import FlightError
 from flight_graph.graphs.papers import papers
 
 LONG = {  # ids of rows
@@ -41,6 +42,10 @@ def row(**flip):
     return content, content.claims[0]
 
 
+def nothing():
+    return {}
+
+
 def is_small(size=1.0, count=2):
     return size < 3.0 and count < 3, f"{size}, {count}"
 
@@ -71,6 +76,18 @@ def test_half_of_a_change_is_halfway_for_numbers_and_all_of_it_for_others(change
     for path, value in half.items():
         assert found[path] == pytest.approx(value)
     assert flips.is_gradual(content, claim) == (half != change)
+
+
+def test_an_argument_that_a_check_does_not_have_is_refused():
+    content, claim = row(arguments={"sise": 4.0})
+    with pytest.raises(FlightError, match="the flip of one: no argument called 'sise'; did you mean 'size'"):
+        flips.flip_rows(content, [(claim, 1.0)])
+
+
+def test_a_check_that_answers_nothing_is_no_row_that_holds():
+    content, claim = row(arguments={"size": 4.0})
+    with pytest.raises(FlightError, match="one: its check answers nothing"):
+        claims.row(claim.model_copy(update={"check": "tests.claims.test_flips:nothing"}), {})
 
 
 def test_a_check_has_its_arguments_changed():

@@ -50,7 +50,7 @@ COMPONENTS = [
     fault("hang", "bystander", "hang", every_s=0.3, for_s=0.05, from_s=0.2),
     fault("restart", "follower", "restart", from_s=0.55, for_s=0.06),
     fault("crash", "manager", "crash", from_s=0.85),
-    fault("hang", "gauge", "blackout", when="gauge.imu.angular_velocity[1] < -0.2", for_s=0.04),
+    fault("hang", "gauge", "blackout", when="gauge.imu.angular_velocity[1] < -0.12", for_s=0.04),
 ]
 MONITORS = {
     "rate_hz": 50,

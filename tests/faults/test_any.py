@@ -54,13 +54,13 @@ def flown(faults, **changes):
 
 
 @given(blocks(4))
-@settings(max_examples=120, **SLOW)
+@settings(max_examples=60, **SLOW)
 def test_a_sentence_or_a_run(faults):
     flown(faults)
 
 
 @given(blocks(6), st.sampled_from([{}, {"max_rate_hz": 30}]))
-@settings(max_examples=40, **SLOW)
+@settings(max_examples=12, **SLOW)
 def test_both_engines_fly_alike(faults, record):
     """Of a block, those faults that are taken by themselves, as far as they do not contradict each other."""
     taken = []
@@ -79,7 +79,7 @@ JUNK = st.recursive(st.one_of(st.none(), st.booleans(), st.integers(-3, 10**20),
 
 
 @given(st.one_of(JUNK, st.lists(st.dictionaries(st.sampled_from(["id", "at", "type", *KEYS]), st.one_of(JUNK, st.sampled_from(list(TYPES))), max_size=6), max_size=3)))
-@settings(max_examples=150, **SLOW)
+@settings(max_examples=60, **SLOW)
 def test_junk_is_refused(block):
     data = chain.data()
     data["faults"] = block
@@ -91,7 +91,7 @@ def test_junk_is_refused(block):
 
 @given(st.dictionaries(st.sampled_from(["rate_hz", "watchpoints", "actionpoints", "x"]), st.one_of(
     JUNK, st.lists(st.dictionaries(st.sampled_from(["id", "when", "stale", "after_s", "mode", "set", "in_a_row", "blames"]), JUNK, max_size=4), max_size=2)), max_size=4))
-@settings(max_examples=150, **SLOW)
+@settings(max_examples=60, **SLOW)
 def test_junk_of_monitors_is_refused(block):
     data = chain.data()
     data["monitors"] = block
@@ -102,7 +102,7 @@ def test_junk_of_monitors_is_refused(block):
 
 
 @given(st.text(st.sampled_from("tagemuir.[]()0123456789+-*/<>=! andornoabsx_,'\"\\\n"), max_size=40))
-@settings(max_examples=200, **SLOW)
+@settings(max_examples=80, **SLOW)
 def test_any_text_is_a_condition_or_refused(text):
     try:
         chain.scenario([chain.fault("bias", PLACES[0], value=1.0, when=text)])
@@ -111,7 +111,7 @@ def test_any_text_is_a_condition_or_refused(text):
 
 
 @given(st.text(st.sampled_from("gaufolwer.imustp[]0129<- _"), max_size=30))
-@settings(max_examples=200, **SLOW)
+@settings(max_examples=80, **SLOW)
 def test_any_text_is_a_place_or_refused(text):
     try:
         chain.scenario([chain.fault("stuck", text, value=1.0)])

@@ -7,11 +7,11 @@ import pytest
 
 from flight_graph import runs
 from flight_graph.cli import fault_pages
+from flight_graph.faults.fault_types import TYPES
 from flight_graph.graphs import metrics
 from flight_graph.graphs.scenario import load
 from flight_graph.sweeps.fault_table import fault_rows
 from flight_graph.sweeps.sweep import Sweep
-from flight_graph.faults.fault_types import TYPES
 
 pytestmark = pytest.mark.xdist_group("faults")
 PATH = Path(__file__).parents[2] / "docs/faults.md"

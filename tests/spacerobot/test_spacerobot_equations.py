@@ -175,3 +175,28 @@ def test_a_joint_turns_the_base_as_angular_momentum_says():
         found.append(np.abs(np.linalg.solve(whole.T, momentum)).max())
     _, text = coupling()
     assert text.endswith(", ".join(f"{one:.3f}" for one in found))
+
+
+def test_velocity_terms_are_quadratic_and_the_mass_matrix_has_the_euler_angles_singularity():
+    """Twice the rates, four times the terms: a linear form is off by a half; det M has cos(beta)^2 as a factor."""
+    from papers.spacerobot import equations_coordinates
+    assert "difference 5.0e-01" in equations_coordinates.matrix_of_theta()[1]
+    draw = np.random.default_rng(1)
+    arm, q = random_arm(draw, 4), np.concatenate([np.zeros(3), draw.uniform(-1.0, 1.0, 7)])
+    still, turned = q.copy(), q.copy()
+    still[4], turned[4] = 0.0, np.radians(80.0)
+    ratio = np.linalg.det(reduced_mass_matrix(arm, turned)) / np.linalg.det(reduced_mass_matrix(arm, still))
+    assert ratio == pytest.approx(np.cos(turned[4]) ** 2, rel=1e-9)
+    assert [held for held, _ in equations_coordinates.energy_is_positive().values()] == [True, False]
+
+
+def test_a_half_turn_has_two_quaternions_and_neither_has_a_positive_scalar():
+    from papers.spacerobot import equations_attitude
+    found = equations_attitude.unique_quaternion()
+    assert [held for held, _ in found.values()] == [True, False] and "0 with q0 > 0" in found["a turn of 180 deg"][1]
+
+
+def test_the_moment_about_the_centre_of_mass_is_not_linear():
+    """Two point masses on one line: about the origin inertias add, m c^2 of the sum does not."""
+    from papers.spacerobot import equations_appendix
+    assert equations_appendix.nonlinear()[0] and not equations_appendix.nonlinear(about_origin=True)[0]
