@@ -41,6 +41,12 @@ class Topics:
     estimator: Signal
     monitor: Signal
     health: Signal
+    brakes: Signal
+    safe_base_command: Signal
+    safe_joint_command: Signal
+    adaptation: Signal
+    state_status: Signal
+    actuator_status: Signal
 
 
 def topics(joint_names: list[str], body_names: list[str], prefix: str = "spacerobot") -> Topics:
@@ -54,6 +60,18 @@ def topics(joint_names: list[str], body_names: list[str], prefix: str = "spacero
 
     def vector(topic, quantities, role, doc, names=None):
         return named_vector(f"{prefix}/{topic}", BASE, quantities, role, doc, names)
+
+    watch = {
+        "prediction_error": Quantity(None, "N m", "|tau - Y pi_hat| of the moment and joint rows, measured motion"),
+        "saturated": Quantity(None, "1", "1 while a torque is at its limit"),
+        "freeze": Quantity(None, "1", "1: adaptation is to rest"),
+        "unread": Quantity(None, "1", "torque readings that were not finite"),
+    }
+
+    def sensor(name, size):
+        return {f"{name}_admitted": Quantity(size, "1", "1: trusted"),
+                f"{name}_age": Quantity(size, "s", "since the last reading that was accepted"),
+                f"{name}_rejected": Quantity(size, "1", "readings that were refused, in all")}
 
     return Topics(
         joints=n,
@@ -133,6 +151,12 @@ def topics(joint_names: list[str], body_names: list[str], prefix: str = "spacero
             "torque": Quantity(3 + n, "N m", "eq. (38), after the limit"),
             "clipped": Quantity(None, "1", "torques at their limit"),
         }, Role.TELEMETRY, "inside of the adaptive law"),
+        brakes=vector("brakes", {"engaged": Quantity(n, "1", "1: the brake of the joint is engaged")}, Role.COMMAND,
+                      "brakes of the joints"),
+        safe_joint_command=Signal(f"{prefix}/safe_joint_command", "sensor_msgs/msg/JointState", Role.COMMAND,
+                                  {**joints, "effort": n}, doc="torque of each joint's drive, as the mode allows it"),
+        safe_base_command=Signal(f"{prefix}/safe_base_command", "geometry_msgs/msg/WrenchStamped", Role.COMMAND,
+                                 {"header.frame_id": BASE}, doc="torque wanted on the base, as the mode allows it"),
         parameters=vector("parameters", {"pi": Quantity(10 * (n + 1), "SI")}, Role.ESTIMATE,
                           "estimated inertial parameters", labels),
         estimator=vector("parameter_estimator", {
@@ -143,12 +167,28 @@ def topics(joint_names: list[str], body_names: list[str], prefix: str = "spacero
             "reinitialised": Quantity(None, "1", "times the covariance was set back"),
             "change": Quantity(None, "1", "largest |step| of a parameter over its prior's size"),
         }, Role.TELEMETRY, "inside of a parameter estimator"),
-        monitor=vector("adaptation_monitor", {
-            "prediction_error": Quantity(None, "N m", "|tau - Y pi_hat| of the moment and joint rows, measured motion"),
-            "saturated": Quantity(None, "1", "1 while a torque is at its limit"),
-            "freeze": Quantity(None, "1", "1: adaptation is to rest"),
-            "unread": Quantity(None, "1", "torque readings that were not finite"),
-        }, Role.TELEMETRY, "watch over the adaptation, every sample"),
+        monitor=vector("adaptation_monitor", watch, Role.TELEMETRY, "watch over the adaptation, every sample"),
+        adaptation=vector("adaptation", watch, Role.TELEMETRY, "the same, and adaptation rests outside of the mode track"),
+        state_status=vector("state_status", {
+            "valid": Quantity(None, "1", "1: attitude, rates and joints may be used"),
+            "attitude_valid": Quantity(None, "1"),
+            "rates_valid": Quantity(None, "1"),
+            "joints_valid": Quantity(None, "1"),
+            "healthy": Quantity(None, "1", "1: valid, and every sensor is admitted and fresh"),
+            "doubted": Quantity(None, "1", "rate sensors in doubt: the rate before is held"),
+            "refused": Quantity(None, "1", "readings that were refused at this sample"),
+            "attitude_sigma": Quantity(None, "rad", "standard deviation of the attitude about an axis"),
+            "joint_sigma": Quantity(n, "rad", "of the joint angles"),
+            "innovation": Quantity(1 + n, "1", "sigmas of the last star tracker residual, and of each encoder's"),
+            **sensor("gyro", None), **sensor("star_tracker", None), **sensor("encoder", n), **sensor("joint_rate", n),
+        }, Role.TELEMETRY, "health of the state estimate, every sample"),
+        actuator_status=vector("actuator_status", {
+            "drive_error": Quantity(n, "N m", "measured less commanded torque of the joints, low-passed"),
+            "base_error": Quantity(3, "N m", "likewise of the base"),
+            "base_residual": Quantity(3, "N m", "moment on the base less what the motion needs, low-passed"),
+            "joint_residual": Quantity(n, "N m", "torque of the joints less what the motion needs, low-passed: friction"),
+            "known": Quantity(None, "1", "1 once the residuals are there"),
+        }, Role.TELEMETRY, "torques that are not what was commanded, or do not move what they should"),
         health=vector("adaptation_health", {
             "level": Quantity(None, "1", "0 ok, 1 warning, 2 error"),
             "excited": Quantity(None, "1", "directions with a singular value above 1e-3 of the largest"),

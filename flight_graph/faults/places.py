@@ -61,7 +61,7 @@ def place(text: str, nodes: dict, where: str) -> Place:
     if not rest:
         return Place(types.COMPONENT, node.name)
     first, _, path = rest.partition(".")
-    if first in node.component.outputs:
+    if first in node.component.outputs and not _is_own(node.component, first, path):
         return _signal(types.OUTPUT, types.OUTPUT_MESSAGE, node, first, node.component.outputs[first], path, where)
     if first == "state" and path:
         found = entry(node.component.state.dtype, path, f"{where}: {name}.state", ("fault",))
@@ -75,6 +75,14 @@ def place(text: str, nodes: dict, where: str) -> Place:
         entries = [known for known in getattr(node.component, first).dtype.names or () if known not in ("fault", "period")]
         raise FlightError(f"{where}: {name}.{first} is no number; name one of it: {', '.join(entries) or 'it has none'}")
     raise unknown("output", first, [*node.component.outputs, "state", "parameters"], f"{where}: {name}")
+
+
+def _is_own(component, first, path) -> bool:
+    """Whether ``parameters.NAME`` or ``state.NAME`` means the component's own, where an output has that name too."""
+    own = {"parameters": component.parameters, "state": component.state}.get(first)
+    found = _STEP.match(path)
+    return own is not None and found is not None and found[1] in own.entries and (
+        found[1] not in component.outputs[first].dtype.names)
 
 
 def signal_field(signal, path: str, where: str) -> Field:

@@ -3,6 +3,9 @@
 Source: Aerospace 2023, 10(8), 679, equations (5), (7), (21)-(28); the dynamics are in `sim_nodes.spacerobot.dynamics`,
 the actuators in `sim_nodes.spacerobot.actuators`.
 
+What fails by parameters, all off by default: joints with friction, seized joints, backlash (`joint_hardware`), wheels with
+drag, commands that count as zero when they are too old. Brakes are told by an input of their own.
+
 The payload becomes part of the last body at ``payload_time`` with velocities that match (the grasp gives no jolt): from
 then on its momentum is the robot's. Parameters about the body's origin add up, so a payload is ten more numbers.
 """
@@ -29,6 +32,8 @@ from sim_nodes.spacerobot.dynamics import (
     total_wrench,
     write_state,
 )
+from sim_nodes.spacerobot.joint_hardware import friction_capacity, pass_on, rubbing_step
+from spacerobot_ros.ages import Stamp, age
 from spacerobot_ros.dynamics import Inertia, add_inertia, body_inertia, composite_parameters
 from spacerobot_ros.kinematics import posed
 from spacerobot_ros.reaction_wheels import effective_base_torque
@@ -59,6 +64,15 @@ def plant_parameters(joints):
         wheel_lag: float = field(0.02, unit="s", ge=0, doc="time constant of the torque")
         wheel_friction: float = field(5e-4, unit="N m", ge=0, doc="Coulomb friction of a wheel")
         wheel_quantum: float = field(1e-3, unit="N m", ge=0, doc="step of the torque command; 0: none")
+        wheel_drag: Vec3 = field(0.0, unit="N m", ge=0, doc="more Coulomb friction of each wheel: a bearing that fails")
+        wheel_viscous: Vec3 = field(0.0, unit="1/s", ge=0, doc="viscous friction of each wheel, torque over momentum")
+        joint_friction: Array(joints) = field(0.0, unit="N m", ge=0, doc="Coulomb friction of each joint")
+        joint_viscous: Array(joints) = field(0.0, unit="N m s/rad", ge=0, doc="viscous friction of each joint")
+        joint_seized: Array(joints) = field(0.0, unit="N m", ge=0, doc="torque that a seized joint takes before it moves")
+        brake_torque: Array(joints) = field(10.0, unit="N m", ge=0, doc="that an engaged brake takes before it slips")
+        backlash: Array(joints) = field(0.0, unit="rad", ge=0, doc="play between drive and joint")
+        drive_rate: float = field(0.5, unit="rad/s", gt=0, doc="no-load rate at which a drive crosses the play")
+        command_timeout: float = field(0.0, unit="s", ge=0, doc="an older command counts as zero; 0: never")
         stop_stiffness: float = field(200.0, unit="N m/rad", ge=0, doc="of the joints' mechanical stops")
         stop_damping: float = field(2.0, unit="s/rad", ge=0, doc="of the stops, Hunt and Crossley")
         payload_time: float = field(-1.0, unit="s", doc="when the payload is taken; negative: never")
@@ -72,7 +86,9 @@ def plant_parameters(joints):
 
 def plant_state(joints):
     """State of the plant. motion: the state vector of `sim_nodes.spacerobot.dynamics`; pi: inertial parameters now;
-    drive: motor torques of the wheels; torque and wheel_rate: what acted over the last interval; counters of limits."""
+    drive: motor torques of the wheels; torque, friction (of the joints) and wheel_rate: what acted over the last interval;
+    play: where the drives are in their backlash [rad]; now: seconds and nanoseconds of the last output's stamp; counters of
+    limits."""
     n = joints
 
     class SpaceRobotPlantState(State):
@@ -82,6 +98,9 @@ def plant_state(joints):
         motion: Array(state_size(n))
         drive: Vec3
         torque: Array(3 + n)
+        friction: Array(n)
+        play: Array(n)
+        now: Array(2)
         wheel_rate: Vec3
         limited: float
         wheels_limited: float
@@ -134,6 +153,9 @@ def write_truth(p, x, s, truth):
     n = len(s.joints)
     wrench, total, acceleration = stack_array(6 + n), stack_array(6 + n), stack_array(6 + n)
     copy(x.torque, wrench[3:])
+    for i in range(n):
+        if x.friction[i] != 0.0:
+            wrench[6 + i] += x.friction[i]
     total_wrench(p, s, wrench, x.wheel_rate, total)
     accelerations(p, x.pi, s, total, acceleration)
     truth.position, truth.velocity, truth.attitude, truth.rates = s.position, s.velocity, s.attitude, s.rates
@@ -151,6 +173,7 @@ def output(t_ns, p, x, truth, parameters, wheels, pose):
         x.placed = True
         place(p, x)
     take_payload(t_ns / SECOND, p, x)
+    x.now[0], x.now[1] = truth.header.stamp.sec, truth.header.stamp.nanosec
     s = robot_state(x.motion)
     write_truth(p, x, s, truth)
     parameters.pi = x.pi
@@ -174,21 +197,41 @@ def drive_torques(p, base_demand, joint_demand, torque):
 
 
 @kernel
-def update(t_ns, p, x, base_command, joint_command):
+def in_time(p, x, command):
+    """Whether a command is new enough to be followed."""
+    return p.command_timeout <= 0.0 or age(Stamp(x.now[0], x.now[1]), command.header.stamp) <= p.command_timeout
+
+
+@kernel
+def update(t_ns, p, x, base_command, joint_command, brakes):
     """One period under the commanded torques, as far as the actuators can give them."""
-    limited = drive_torques(p, base_command.wrench.torque, joint_command.effort, x.torque)
-    wrench = stack_array(3 + len(x.torque))
+    n = len(p.parent)
+    base_demand, joint_demand, demand = base_command.wrench.torque, stack_array(n), stack_array(3 + n)
+    if not in_time(p, x, base_command):
+        base_demand = ZERO
+    if in_time(p, x, joint_command):
+        joint_demand[:] = joint_command.effort
+    limited = drive_torques(p, base_demand, joint_demand, x.torque)
+    wrench, capacity = stack_array(6 + n), stack_array(n)
     copy(x.torque, wrench[3:])
+    copy(x.torque, demand)
+    rubs = friction_capacity(p, brakes.engaged, capacity)
     substeps = math.ceil(p.period / p.largest_step - 1e-9)
     h = p.period / substeps
     x.wheels_limited, x.wheel_rate, rate = 0.0, ZERO, ZERO
+    for i in range(n):
+        x.friction[i] = 0.0
     for _ in range(substeps):
         if p.base_actuator == WHEELS:
             momentum = robot_state(x.motion).wheels
-            x.drive, rate, at_limit = wheels_step(p, base_command.wrench.torque, x.drive, momentum, h)
+            x.drive, rate, at_limit = wheels_step(p, base_demand, x.drive, momentum, h)
             x.wheels_limited = max(x.wheels_limited, float(at_limit))
         x.wheel_rate = x.wheel_rate + rate / substeps
-        step(p, x.pi, x.motion, wrench, rate, h)
+        pass_on(p, x, demand, h, 1.0 / substeps, wrench)
+        if rubs:
+            rubbing_step(p, x, wrench, rate, capacity, h)
+        else:
+            step(p, x.pi, x.motion, wrench, rate, h)
     x.limited = limited + x.wheels_limited
     if diverged(x.motion):
         x.fault = DIVERGED
@@ -232,7 +275,8 @@ def plant(topics: spacerobot.Topics) -> type[Component]:
         payload."""
 
         parameters, state = plant_parameters(topics.joints), plant_state(topics.joints)
-        inputs = {"base_command": topics.base_command, "joint_command": topics.joint_command}
+        inputs = {"base_command": topics.base_command, "joint_command": topics.joint_command, "brakes": topics.brakes}
+        optional_inputs = ("brakes",)
         outputs = {"truth": topics.truth, "parameters": topics.true_parameters, "wheels": topics.wheel_state,
                    "pose": topics.true_pose}
         output_rate_hz = {"pose": 10.0}

@@ -106,12 +106,15 @@ class Wheels(NamedTuple):
     wheel_lag: float
     wheel_friction: float
     wheel_quantum: float
+    wheel_drag: Vec3
+    wheel_viscous: Vec3
 
 
-def wheels(demand, momentum=(0.0, 0.0, 0.0), lag=0.0, friction=0.0, quantum=0.0, steps=1, period=0.01):
+def wheels(demand, momentum=(0.0, 0.0, 0.0), lag=0.0, friction=0.0, quantum=0.0, steps=1, period=0.01,
+           drag=(0.0, 0.0, 0.0), viscous=(0.0, 0.0, 0.0)):
     drive, spin, rate, codes = Vec3(0.0, 0.0, 0.0), Vec3(*momentum), Vec3(0.0, 0.0, 0.0), []
     for _ in range(steps):
-        p = Wheels(0.05, 0.5, lag, friction, quantum)
+        p = Wheels(0.05, 0.5, lag, friction, quantum, Vec3(*drag), Vec3(*viscous))
         drive, rate, at_limit = wheels_step(p, Vec3(*map(float, demand)), drive, spin, period)
         spin = spin + rate * period
         codes.append(at_limit)
@@ -146,6 +149,16 @@ def test_wheel_friction_stops_a_free_rotor_and_holds_it():
     assert spin[0] == 0.0 and rate[0] == 0.0
     _, _, rate, _ = wheels([0.01, 0, 0], friction=5e-4)
     assert rate[0] == pytest.approx(-0.0095)
+
+
+def test_drag_of_one_wheel_adds_to_the_friction_of_all():
+    _, _, rate, _ = wheels([0.01, 0.01, 0], friction=5e-4, drag=(0.004, 0.0, 0.0))
+    np.testing.assert_allclose(rate.parts()[:2], [-0.0055, -0.0095])
+
+
+def test_viscous_wheel_runs_down_exponentially():
+    _, spin, _, _ = wheels([0.0, 0, 0], momentum=(0.3, 0.3, 0), viscous=(0.5, 0.0, 0.0), steps=2000, period=0.001)
+    assert spin[0] == pytest.approx(0.3 * math.exp(-0.5 * 2.0), rel=1e-3) and spin[1] == 0.3
 
 
 def test_wheel_torque_is_quantised():
