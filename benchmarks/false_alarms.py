@@ -1,7 +1,7 @@
 """How often the monitors of a vehicle act although nothing has failed: benchmarks/false_alarms.py [SCENARIO] [RUNS]
 
-The catalogue's graph and monitors with a fault that never begins, under other seeds of all noise. Prints how many runs raised an
-alarm, which, and the modes at the end.
+The catalogue's graph and monitors with a fault that never begins, under other seeds of all noise. Prints how many runs
+raised an alarm, which, and the modes at the end.
 """
 
 import sys
