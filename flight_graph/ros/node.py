@@ -50,7 +50,7 @@ class ComponentNode(LifecycleNode):
         if self.settings.scenario:
             scenario = read_scenario(self.settings.scenario)
             self.component = component = scenario.graph.nodes[self.get_name()].component  # with its texts
-            self.faults = scenario.faults
+            self.faults, self._is_slotted = scenario.faults, scenario.faults.is_irregular
             if not self.settings.lockstep and self.get_name() != REPORT:
                 self.faults = scenario.faults.in_realtime()
             if scenario.live_ids:
@@ -106,7 +106,7 @@ class ComponentNode(LifecycleNode):
             node, key = self.faults.nodes[name], f"when {name}.{port}"
             signal = node.component.outputs[port]
             self.settings.sources[key] = Source(signal.topic, node.output_period_ns(port), 1,
-                                                slotted=self.faults.is_irregular(name, port))
+                                                slotted=self._is_slotted(name, port))
             self.inputs[key] = self._input(key, signal, group)
             records[name, port] = self.inputs[key].record
             self.watched.append(key)
