@@ -5,7 +5,6 @@ parameters. There it is looked at once a firing, and decided by time, by the see
 were before the tick, so that every engine comes to the same.
 """
 
-from copy import copy
 from dataclasses import dataclass
 
 from flight_graph.errors import FlightError
@@ -95,12 +94,6 @@ class FaultSet:
     def concerns(self, node: str) -> bool:
         """Whether a component's firings look at anything here."""
         return self.is_live or bool(self.of(node)) or (self.monitors is not None and node == MONITORS)
-
-    def in_realtime(self) -> "FaultSet":
-        """Those that nodes see to themselves in realtime: processes are stopped and killed from outside."""
-        left = copy(self)
-        left.faults = [fault for fault in self.faults if fault.place.kind != types.COMPONENT]
-        return left
 
     def of_components(self) -> dict[str, Fault]:
         """id -> fault, of those of whole components."""

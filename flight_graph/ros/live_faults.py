@@ -67,7 +67,7 @@ class LiveFaults:
             data = json.loads(text_of(message))
             found = self.with_entry(data)
             self.entries[data["id"]] = data
-            self._node.take_faults(found if self._node.settings.lockstep or self.host else found.in_realtime())
+            self._node.take_faults(found)
             self._count += 1
             self._taken.publish(text_payload(f"{self._node.get_name()} {self._count}"))
         if self.host:

@@ -10,7 +10,6 @@ from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 
 from flight_graph.engines.single import SingleComponent
 from flight_graph.errors import FlightError, unknown
-from flight_graph.faults.report import REPORT
 from flight_graph.recordings.recording import formatted_payload
 from flight_graph.ros.live_faults import CLEAR, INJECT, LiveFaults
 from flight_graph.ros.parameters import ComponentParameters
@@ -51,8 +50,6 @@ class ComponentNode(LifecycleNode):
             scenario = read_scenario(self.settings.scenario)
             self.component = component = scenario.graph.nodes[self.get_name()].component  # with its texts
             self.faults, self._is_slotted = scenario.faults, scenario.faults.is_irregular
-            if not self.settings.lockstep and self.get_name() != REPORT:
-                self.faults = scenario.faults.in_realtime()
             if scenario.live_ids:
                 self.free_parameters |= {INJECT, CLEAR}
                 self.live = LiveFaults(self, scenario)
