@@ -3,7 +3,6 @@
 import json
 
 from flight_graph.cli.show import add, console, status
-from flight_graph.faults.report import does_nothing
 from flight_graph.text_files import printable
 
 
@@ -43,6 +42,8 @@ def _show_scenario(scenario, as_json):
         print(json.dumps(scenario.resolved()))
         return
     from rich.table import Table
+
+    from flight_graph.faults.report import does_nothing
     _title(scenario.file)
     table = Table("component", "is a", "rate [Hz]", "input <- source", "output topics")
     for name, node in scenario.graph.nodes.items():
