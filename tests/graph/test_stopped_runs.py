@@ -164,6 +164,7 @@ class Law(Component):
             "connect": {"law.attitude": "plant.attitude"}}
     code = f"""
 import os, signal, threading
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a test run in the background ignores it
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.graphs.scenario import Scenario
 run = CompiledRun(Scenario({data!r}, "endless.yaml"))
