@@ -17,7 +17,8 @@ from numba.extending import intrinsic
 from flight_graph.engines import cache as store
 from flight_graph.engines import effects, parts
 from flight_graph.engines.addresses import address, compiled, copy, half_at, row, set_word_at, word_at
-from flight_graph.engines.effects import BEGINS_ANEW, IS_DOWN, table
+from flight_graph.engines.condition_steps import table
+from flight_graph.engines.effects import BEGINS_ANEW, IS_DOWN
 from flight_graph.engines.fault_tables import FaultTables
 from flight_graph.engines.schedule import Schedule, finite_runs, stamp_offset
 from flight_graph.engines.stops import FAULT, NONFINITE
@@ -184,7 +185,8 @@ def functions() -> dict:
 @cache
 def key() -> str:
     """Fingerprint of the driver's machine code."""
-    files = [Path(__file__).with_name(f"{name}.py").read_bytes() for name in ("driver", "effects", "addresses")]
+    names = ("driver", "effects", "condition_steps", "addresses")
+    files = [Path(__file__).with_name(f"{name}.py").read_bytes() for name in names]
     return parts.digest("driver", hashlib.sha256(b"".join(files)).hexdigest(), library())
 
 

@@ -21,126 +21,31 @@ from flight_graph.engines.addresses import (
     single_at,
     word_at,
 )
-from flight_graph.faults import conditions
+from flight_graph.engines.condition_steps import SECOND, holds, table
 from flight_math.noise import gaussian, uniform
-
-
-def table(words: str, numbers: str = "") -> np.dtype:
-    """A row of int64 and float64 fields; their names are no attributes of a NumPy record."""
-    return np.dtype([(name, "<i8") for name in words.split()] + [(name, "<f8") for name in numbers.split()])
-
 
 EFFECT = table("op begin end every span when when_end key each ticks bit target width count stamp buffer memory "
                "acts cause again",
                "value ramp chance")  # times [ns]; addresses: when, target, stamp, buffer, memory
 MEMORY = table("active onset latched since counted head filled")
-STEP = table("op a b address kind size epoch_ns", "constant value")  # of a condition; a, b: addresses of earlier steps
 CHANNEL = table("origin record length visible effects effects_end delivered")
 OWN = table("ends ends_end effects effects_end channels channels_end parameters nominal parameters_size state fresh "
             "state_size first is_down")  # of a firing; first: of the component's first part, in its second
-EFFECT_SIZE, STEP_SIZE, CHANNEL_SIZE = EFFECT.itemsize, STEP.itemsize, CHANNEL.itemsize
-DOUBLE, SINGLE, SIGNED, UNSIGNED = range(4)  # kinds of a number that a condition reads
+EFFECT_SIZE, CHANNEL_SIZE = EFFECT.itemsize, CHANNEL.itemsize
 
 FLAG, BIAS, SCALE, DRIFT, STUCK, HOLD, NOISE, QUANTISE, SATURATE, BIT_FLIP = range(10)
 ACT, REQUEST = 10, 11  # of monitors
 DROP, DELAY, DUPLICATE, FREEZE, STALE, ON_CHANGE, LOSE = range(12, 19)
 DOWN, RESTART = 19, 20
 GOES_ON, IS_DOWN, BEGINS_ANEW = range(3)  # of a component
-_SECOND = 1e9  # [ns] divided by, not multiplied with its inverse: 0.3 s is the number that a person writes
 _WHOLE = 4503599627370496.0  # 2^52: every larger float64 is a whole number
-
-(_CONSTANT, _TIME, _READ, _ADD, _SUBTRACT, _MULTIPLY, _DIVIDE, _NEGATE, _ABS, _MIN, _MAX, _LESS, _LESS_EQUAL, _GREATER,
- _GREATER_EQUAL, _EQUAL, _UNEQUAL, _AND, _OR, _NOT, _AGE) = range(21)
-assert _AGE == conditions.AGE
-
-
-@compiled
-def _number_at(address, kind, size):
-    """A number of a record as a float64. size: of a whole number [bytes]."""
-    if kind == DOUBLE:
-        return double_at(address)
-    if kind == SINGLE:
-        return float(single_at(address))
-    if size == 8:
-        return float(word_at(address))
-    word = 0
-    for i in range(size):
-        word |= byte_at(address + i) << (8 * i)
-    if kind == SIGNED and word >= 1 << (8 * size - 1):
-        word -= 1 << (8 * size)
-    return float(word)
-
-
-@compiled
-def _two(op, a, b):
-    """An elementary step of two values."""
-    if op == _ADD:
-        return a + b
-    if op == _SUBTRACT:
-        return a - b
-    if op == _MULTIPLY:
-        return a * b
-    if op == _DIVIDE:
-        return a / b if b != 0.0 else np.nan
-    if op == _MIN:
-        return a if a < b else b
-    if op == _MAX:
-        return a if a > b else b
-    if op == _AND:
-        return 1.0 if a != 0.0 and b != 0.0 else 0.0
-    if op == _OR:
-        return 1.0 if a != 0.0 or b != 0.0 else 0.0
-    holds = ((op == _LESS and a < b) or (op == _LESS_EQUAL and a <= b) or (op == _GREATER and a > b)
-             or (op == _GREATER_EQUAL and a >= b) or (op == _EQUAL and a == b) or (op == _UNEQUAL and a != b))
-    return 1.0 if holds else 0.0
-
-
-@compiled
-def _age(stamp_at, epoch_ns, t_ns):
-    """The age [s] of a message by its stamp (sec, nanosec); of one that never came, the time since the start."""
-    word = word_at(stamp_at)
-    if word == 0:
-        return t_ns / _SECOND
-    sec, nanosec = word & 0xFFFFFFFF, word >> 32
-    return (epoch_ns + t_ns - (sec * 1000000000 + nanosec)) / _SECOND
-
-
-@compiled
-def _holds(at, end, t_ns):
-    """Whether a condition holds."""
-    value = 0.0
-    while at < end:
-        step = row(at, STEP)
-        op = step.op
-        if op == _CONSTANT:
-            value = step.constant
-        elif op == _TIME:
-            value = t_ns / _SECOND
-        elif op == _READ:
-            value = _number_at(step.address, step.kind, step.size)
-        elif op == _AGE:
-            value = _age(step.address, step.epoch_ns, t_ns)
-        else:
-            a = row(step.a, STEP).value
-            if op == _NEGATE:
-                value = -a
-            elif op == _ABS:
-                value = abs(a)
-            elif op == _NOT:
-                value = 1.0 if a == 0.0 else 0.0
-            else:
-                value = _two(op, a, row(step.b, STEP).value)
-        step.value = value
-        at += STEP_SIZE
-    return value != 0.0
-
 
 @compiled
 def _is_open(effect, memory, t_ns):
     """Whether an effect may act at t by its window and its condition."""
     now = effect.begin <= t_ns < effect.end
     if now and effect.when != 0:
-        now = _holds(effect.when, effect.when_end, t_ns)
+        now = holds(effect.when, effect.when_end, t_ns)
         if effect.span != 0:  # from each onset for a time
             if memory.latched == 0:
                 if now:
@@ -216,7 +121,7 @@ def _altered(effect, value, seconds, t_ns, index):
 def _act(effect, t_ns):
     """An actionpoint: count how often its condition has held in a row; the number is how often it has acted."""
     memory = row(effect.memory, MEMORY)
-    if not _holds(effect.when, effect.when_end, t_ns):
+    if not holds(effect.when, effect.when_end, t_ns):
         memory.counted = 0
     else:
         memory.counted += 1
@@ -249,7 +154,7 @@ def _alter(effect, t_ns):
         at = effect.target + effect.bit // 8
         set_byte_at(at, byte_at(at) ^ (1 << (effect.bit % 8)))
         return
-    seconds = (t_ns - row(effect.memory, MEMORY).onset) / _SECOND
+    seconds = (t_ns - row(effect.memory, MEMORY).onset) / SECOND
     for index in range(effect.count):
         at = effect.target + index * effect.width
         value = double_at(at) if effect.width == 8 else float(single_at(at))

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flight_graph.engines import effects
+from flight_graph.engines.condition_steps import STEP
 from flight_graph.faults import fault_types as types
 from flight_graph.faults.conditions import Condition
 from flight_graph.faults.fault_set import Fault, FaultSet
@@ -233,7 +234,7 @@ def _remember(made, found):
         if effect.kept:
             made[f"B_{effect.name}"] = np.zeros(-(-effect.kept // 8), "<i8")
         if effect.condition:
-            made[f"C_{effect.name}"] = np.zeros(len(effect.condition.steps), effects.STEP)
+            made[f"C_{effect.name}"] = np.zeros(len(effect.condition.steps), STEP)
 
 
 def _stamp_offset(signal) -> int:

@@ -4,12 +4,13 @@ import numpy as np
 
 from flight_graph.engines import effects
 from flight_graph.engines.addresses import address
-from flight_graph.engines.effects import CHANNEL, EFFECT, OWN, STEP
+from flight_graph.engines.condition_steps import DOUBLE, SIGNED, SINGLE, STEP, UNSIGNED
+from flight_graph.engines.effects import CHANNEL, EFFECT, OWN
 from flight_graph.engines.fault_schedule import watched
 from flight_graph.faults.fault_set import FOREVER
 
-_KINDS = {"<f8": effects.DOUBLE, "<f4": effects.SINGLE, "|b1": effects.UNSIGNED}  # and whole numbers, by their letter
-_WHOLE = {"i": effects.SIGNED, "u": effects.UNSIGNED}
+_KINDS = {"<f8": DOUBLE, "<f4": SINGLE, "|b1": UNSIGNED}  # and whole numbers, by their letter
+_WHOLE = {"i": SIGNED, "u": UNSIGNED}
 
 
 class FaultTables:
@@ -105,7 +106,7 @@ class FaultTables:
                 array = effect.array if step.signal is None else watched(effect.node, *step.signal)
                 row["address"] = address(self._arrays[array]) + step.field.offset
                 row["kind"] = _KINDS.get(step.field.dtype.str, _WHOLE.get(step.field.dtype.kind))
-                row["size"] = step.field.dtype.itemsize
+                row["width"] = step.field.dtype.itemsize
         return at, at + steps.nbytes
 
 
