@@ -167,13 +167,14 @@ def table(content, rows):
     from rich.markup import escape
     from rich.table import Table
     judged = any(row.estimated_verdict for row in rows)
-    columns = ["where", "claim", "found", "wanted", "verdict", *(["with estimated state"] if judged else []), "reason"]
+    columns = ["row, whose it is, where", "claim", "found", "wanted", "verdict",
+               *(["with estimated state"] if judged else []), "reason"]
     shown = Table(*columns, title_justify="left", title=f"{content.title}\n{content.source}")
     for row in rows:
         mark = "" if row.as_expected else " (changed!)"
         wanted = row.claim.relation.text if row.claim.relation else ""
-        cells = [f"[dim]{row.claim.statement}[/dim]\n{escape(row.claim.where)}", escape(row.claim.says),
-                 escape(_found(row)), escape(wanted), _coloured(row.verdict, mark)]
+        place = f"[bold]{row.claim.id}[/bold]\n[dim]{row.claim.statement}[/dim]\n{escape(row.claim.where)}"
+        cells = [place, escape(row.claim.says), escape(_found(row)), escape(wanted), _coloured(row.verdict, mark)]
         if judged:
             cells.append("" if row.estimated_verdict is None else
                          f"{_coloured(row.estimated_verdict)}\n{escape(_estimated(row.estimated))}")

@@ -84,6 +84,9 @@ def run(
     loaded = scenarios.load(scenario, overrides(scenario, settings, params, seed, duration, consent), case, consent)
     check_engine(loaded, engine)
     folder = runs.new_folder(out, loaded, engine)
+    if case is not None:
+        given = overrides(scenario, settings, params, seed, duration, consent)
+        status(_case(scenarios.load(scenario, given, None, consent), case))
     for warning in loaded.warnings():
         status(f"warning: {warning}")
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # both end the nodes and close the bag
@@ -108,6 +111,13 @@ def run(
     if outcome.lost:
         status(f"{outcome.lost} messages were lost (realtime); the bag's metadata says which")
     print(outcome.bag)
+
+
+def _case(scenario, number) -> str:
+    """A case of a sweep in words."""
+    vary = scenario.vary
+    name, values = vary.name(number), {key: value for key, value in vary.overrides(number).items() if value is not None}
+    return f"case {number}: {name + '; ' if name else ''}{', '.join(f'{key} {value}' for key, value in values.items())}"
 
 
 def _what_is_left(folder) -> str:

@@ -28,7 +28,7 @@ _bars = []  # on the screen now
 
 def status(text: str) -> None:
     """A line for a person, on standard error."""
-    _errors.print(text, highlight=False, markup=False)
+    _errors.print(text, highlight=False, markup=False, soft_wrap=True)
 
 
 class RunProgress:

@@ -116,6 +116,7 @@ def _fault(entry, nodes, seed, where) -> Fault:
         return Fault(entry, Place(types.COMPONENT, REPORT), Window(FOREVER, FOREVER, 0, 0), None, 0)
     found = place(entry.at, {name: one for name, one in nodes.items() if name != REPORT}, f"{where}.at")
     kind, node = TYPES[entry.type], nodes[found.node]
+    _refuse_truth(entry, found, node, where)
     if found.kind not in kind.places:
         raise FlightError(f"{where}: {entry.type} has no meaning for {found.kind} ({entry.at}); allowed there: "
                           f"{', '.join(types.allowed_at(found.kind))}{_hint(found, node, kind)}")
@@ -135,10 +136,14 @@ def _hint(found, node, kind) -> str:
     return f"; or name a field: {', '.join(path for path, dtype, _, _ in signal.leaves() if dtype.base.kind == 'f')}"
 
 
+def _refuse_truth(entry, found, node, where):
+    outputs = node.component.outputs
+    if found.kind in (types.OUTPUT, types.OUTPUT_MESSAGE) and outputs[found.port].role is Role.TRUTH:
+        raise FlightError(f"{where}.at: {entry.at} is the truth, which has no faults; break what measures it or acts on it")
+
+
 def _check_place(entry, found, node, where):
     component = node.component
-    if found.kind in (types.OUTPUT, types.OUTPUT_MESSAGE) and component.outputs[found.port].role is Role.TRUTH:
-        raise FlightError(f"{where}.at: {entry.at} is the truth, which has no faults; break what measures it or acts on it")
     if found.kind == types.COMPONENT and component.kernel is None:
         raise FlightError(f"{where}.at: {found.node} is the world itself (it moves with time): it cannot {entry.type}")
     field = found.field

@@ -42,8 +42,8 @@ class Domain:
 
     def sentence(self) -> str:
         """Where to find the nodes, for a person."""
-        return (f"the nodes are on ROS domain {self.number}, which was free; to see them: export {VARIABLE}={self.number} "
-                "(set it before a run to choose)")
+        return (f"the nodes are on ROS domain {self.number}, which was free (set {VARIABLE} before a run to choose); to "
+                f"reach them:\nexport {VARIABLE}={self.number}")
 
     def _named(self, text):
         if not text.isdecimal() or int(text) > _LARGEST:

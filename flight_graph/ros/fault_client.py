@@ -1,13 +1,14 @@
 """Asks a running graph to inject, list and clear faults: a client of the parameters of its node ``faults``."""
 
 import json
+import os
 import time
 from contextlib import contextmanager
 
 from flight_graph.errors import FlightError
 from flight_graph.faults.report import REPORT
 from flight_graph.ros.environment import prepare_environment
-from flight_graph.ros.patience import patience_s
+from flight_graph.ros.patience import at_least, patience_s
 
 prepare_environment()
 
@@ -18,6 +19,8 @@ from rclpy.parameter_client import AsyncParameterClient  # noqa: E402
 
 from flight_graph.ros.live_faults import CLEAR, INJECT, INJECTED  # noqa: E402
 
+FOUND_S = 8.0  # [s] in which a graph that is there is found
+
 
 @contextmanager
 def _graph(namespace: str):
@@ -26,11 +29,13 @@ def _graph(namespace: str):
     node = Node("fault_client", start_parameter_services=False, enable_rosout=False)
     try:
         name = f"{namespace.rstrip('/')}/{REPORT}"
-        client, deadline = AsyncParameterClient(node, name), time.monotonic() + patience_s()
+        client, deadline = AsyncParameterClient(node, name), time.monotonic() + at_least(FOUND_S)
         while not client.services_are_ready():
             if time.monotonic() > deadline:
-                raise FlightError(f"there is no node {name} on this ROS domain: a graph takes faults while it runs as "
-                                  "nodes, where its scenario has live_faults; ROS_DOMAIN_ID chooses the domain")
+                domain = os.environ.get("ROS_DOMAIN_ID") or "0"
+                raise FlightError(f"there is no node {name} on ROS domain {domain}: a graph takes faults while it runs as "
+                                  "nodes, where its scenario has live_faults; ROS_DOMAIN_ID chooses the domain, and the "
+                                  "run says on which it is")
             time.sleep(0.02)
 
         def ask(call):

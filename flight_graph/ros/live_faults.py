@@ -59,7 +59,10 @@ class LiveFaults:
 
     def with_entry(self, data: dict) -> FaultSet:
         """The faults of the graph with one more. Raises FlightError."""
-        return self._scenario.with_faults([*(one for one in self.entries.values() if one["id"] != data["id"]), data])
+        try:
+            return self._scenario.with_faults([*(one for one in self.entries.values() if one["id"] != data["id"]), data])
+        except FlightError as error:
+            raise FlightError(str(error).replace(f"{self._scenario.origin}: faults.{data['id']}", INJECT, 1)) from None
 
     def check(self, t_ns: int) -> None:
         """Take what has come, before the firing at t."""
@@ -113,8 +116,8 @@ class Host:
         with self._lock:
             free = [name for name in self._scenario.live_ids if name not in self._entries]
             if not free:
-                raise FlightError(f"{INJECT}: all {len(self._scenario.live_ids)} places are taken (live_faults of the "
-                                  "scenario)")
+                raise FlightError(f"{INJECT}: all {len(self._scenario.live_ids)} places are taken; each serves for one "
+                                  "fault of the run, over or not; the scenario's live_faults says how many there are")
             begin = self._begin()
             data = {**data, "id": free[0], "from_s": begin / SECOND}
             return self._send(data, f"{free[0]} begins at t = {begin / SECOND:.9g} s")

@@ -51,6 +51,6 @@ def test_injected_faults_begin_for_all_at_once_and_the_bag_is_run_again_from_its
 
 def test_without_a_graph_the_command_says_so(tmp_path):
     done = flight("fault", "controller", "hang", cwd=tmp_path, ROS_DOMAIN_ID=DOMAIN, FLIGHT_TIMEOUT_S="1")
-    assert done.returncode == 2 and "there is no node /faults on this ROS domain" in done.stderr, done.stderr
+    assert done.returncode == 2 and f"there is no node /faults on ROS domain {DOMAIN}" in done.stderr, done.stderr
     done = flight("fault", "controller", cwd=tmp_path)
     assert done.returncode == 2 and "name a place and what happens there" in done.stderr
