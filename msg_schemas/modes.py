@@ -8,7 +8,7 @@ def mode_request(vehicle: str) -> Signal:
     """The mode that a monitor wants a vehicle's mode manager to take; ``requests`` counts, so that each is acted on
     once.
     """
-    return named_vector(f"{vehicle}/mode_request", "", {
+    return named_vector(f"{vehicle}/mode_request", vehicle, {
         "mode": Quantity(None, "1", "number of the wanted mode, in the order of the manager's list"),
         "requests": Quantity(None, "1", "how many there have been; 0: none yet"),
         "cause": Quantity(None, "1", "number of the actionpoint that asked last, in the order of the scenario; -1: none"),
@@ -17,7 +17,7 @@ def mode_request(vehicle: str) -> Signal:
 
 def mode(vehicle: str) -> Signal:
     """The mode that a vehicle is in."""
-    return named_vector(f"{vehicle}/mode", "", {
+    return named_vector(f"{vehicle}/mode", vehicle, {
         "mode": Quantity(None, "1", "number of the mode, in the order of the manager's list"),
         "entered": Quantity(None, "s", "time at which it was entered"),
         "changes": Quantity(None, "1", "how often the mode has changed"),
