@@ -249,7 +249,7 @@ class Launch:
                 self._wait_gone(names, at_least(5.0))
         self._end_spawner()
         if self.crashed:
-            shared_memory.clean()
+            shared_memory.clean_up()
 
     def _end_spawner(self):
         with contextlib.suppress(BrokenPipeError):

@@ -29,6 +29,15 @@ def clean() -> list[str]:
     return names
 
 
+def clean_up() -> None:
+    """Remove what processes left that have just been killed: their youngest segments have to settle first."""
+    deadline = time.monotonic() + 3.0 * _SETTLED_S
+    clean()
+    while leftovers(0.0) and time.monotonic() < deadline:
+        time.sleep(0.1)
+        clean()
+
+
 def _files(name):
     return FOLDER / name, FOLDER / f"{name}_el", FOLDER / f"sem.{name}_mutex"
 
