@@ -14,7 +14,7 @@ from tests.messages.kernel_mistakes import MISTAKES
 from tests.messages.mistakes import CORRECT, Mistake, inserted, write
 
 ROOT = Path(__file__).resolve().parents[2]
-CPU_SECONDS = 60.0  # what one command may take, with the compiling of what the cache has not, on a slow machine
+CPU_SECONDS = 15.0  # what one command may take, with the compiling of what the cache has not
 OUTSIDE = [
     inserted("index that depends on the state", "x.count += int(p.table[x.count + 4, 0])", "an index is outside"),
     inserted("loop that depends on the state", "for i in range(x.count + 5):\n    x.count += int(torque[i])",

@@ -49,11 +49,11 @@ def test_a_scenario_with_a_watchdog_is_checked():
 
 
 def test_faults_of_components_stop_kill_and_start_processes(tmp_path):
-    """A law that hangs makes the graph safe within two periods of the monitor's deadline; a crash is for good."""
+    """A law that hangs makes the graph safe within two periods of the monitor's deadline; a crash is for good; a restart joins."""
     faults = [{"id": "law", "at": "controller", "type": "hang", "from_s": 2, "for_s": 1},
               {"id": "eye", "at": "watcher", "type": "crash", "from_s": 3},
               {"id": "again", "at": "controller", "type": "restart", "from_s": 4, "for_s": 0.5}]
-    done = flight(*write(tmp_path, duration_s=at_least(8.0), faults=faults), cwd=tmp_path)
+    done = flight(*write(tmp_path, duration_s=at_least(20.0), faults=faults), cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     said, bag = json.loads(done.stdout), read_bag(tmp_path / "bag")
     assert [text.partition(": ")[2] for text in said["watchdog"]] == [
@@ -63,6 +63,8 @@ def test_faults_of_components_stop_kill_and_start_processes(tmp_path):
     assert bag.metadata["flight_graph.outcome"]["complete"] == "true"
     deadline = last_command_s(tmp_path / "bag", 2.5) + 0.1
     assert deadline - 1e-9 <= entered_s(tmp_path / "bag") <= deadline + 2.0 * PERIOD_S + 1e-9
+    stamps = (bag.stamps_ns("/toy/command") - bag.stamps_ns("/toy/truth")[0]) / 1e9
+    assert stamps[-1] > 4.6, "the restarted controller answers"
     watched = (bag.stamps_ns("/toy/watch") - bag.stamps_ns("/toy/truth")[0]) / 1e9
     assert watched[-1] <= 3.1, "the crashed watcher is gone"
 
