@@ -26,8 +26,8 @@ from rich.table import Table
 
 HERE = Path(__file__).resolve().parent / "pointing"
 PROBLEMS = {"wheels": "three reaction wheels", "torque": "torques on the body"}
-NEEDED = ("Basilisk is not part of this project: make it an environment by `python -m venv /tmp/basilisk` and "
-          "`/tmp/basilisk/bin/pip install bsk numba`, and name it by --python /tmp/basilisk/bin/python")
+NEEDED = ("Basilisk is not part of this project: make it an environment by `python -m venv basilisk-env` and "
+          "`basilisk-env/bin/pip install bsk numba`, and name it by --python basilisk-env/bin/python")
 STATES = {"position": "m", "velocity": "m/s", "sigma": "1", "omega": "rad/s"}
 QUANTITIES = {**STATES, "wheel speeds": "rad/s"}
 
