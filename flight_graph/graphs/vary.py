@@ -15,7 +15,8 @@
         - {keys: [plant.length, plant.width], mean: [0.3, 0.2], covariance: [[1.0e-4, 5.0e-5], [5.0e-5, 1.0e-4]]}
       runs: 200                                # draws for each combination of cases and grid
       seed: 7                                  # of the draws
-      sampling: sobol                          # where they lie, see `flight_graph.sampling.plan`
+      sampling: independent                    # where they lie, see `flight_graph.sampling.plan`
+      until: {metric: landed, half_width: 0.01}   # enough runs, see `flight_graph.statistics.stopping`
 
 Besides ``grid`` there are ``fraction`` (some of its points) and ``one_at_a_time``: `flight_graph.sampling.combinations`.
 A key is ``component.parameter``, ``component.rate_hz``, ``component.use``, ``faults.ID.key``, ``seed`` or ``duration_s``.
@@ -38,12 +39,13 @@ from flight_graph.sampling.correlated import Correlated
 from flight_graph.sampling.distributions import Cone, Distribution, Spaced, Strict
 from flight_graph.sampling.plan import Sampling, SamplingKey
 from flight_graph.sampling.sampler import Sampler
+from flight_graph.statistics.stopping import Until
 from flight_graph.text_files import short
 
 TOP_LEVEL = ("seed", "duration_s")
 MOST_RUNS = 1_000_000  # of a sweep
 _ALTERNATIVES = ("Spaced",)
-_MODELS = {"random": Distribution, "correlated": Correlated, "sampling": Sampling}  # of the blocks in the block
+_MODELS = {"random": Distribution, "correlated": Correlated, "sampling": Sampling, "until": Until}  # of the blocks in the block
 
 
 class VaryFile(Strict):
@@ -62,6 +64,7 @@ class VaryFile(Strict):
     runs: int = Field(1, ge=1, le=MOST_RUNS)
     seed: int = Field(0, ge=-2**63, lt=2**63)
     sampling: SamplingKey = Field(default_factory=Sampling)
+    until: Until | None = None
 
     @field_validator("grid", "one_at_a_time")
     @classmethod
@@ -199,6 +202,9 @@ class Vary:
         if self.file.sampling.plan != "independent" and not (self.file.random or self.file.correlated):
             raise FlightError(f"{self.origin}: vary.sampling: {self.file.sampling.plan} has nothing to place; it goes with "
                               "random or correlated")
+        if self.file.until and not (self.is_random and self.file.sampling.plan == "independent"):
+            raise FlightError(f"{self.origin}: vary.until: an interval of a rate needs independent draws (random, correlated "
+                              "or function, with sampling: independent)")
         if self.file.sampling.plan == "saltelli" and self.file.function:
             raise FlightError(f"{self.origin}: vary.sampling: saltelli exchanges the values of each key; what a function "
                               "draws cannot be exchanged")
