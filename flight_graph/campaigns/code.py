@@ -18,6 +18,8 @@ from flight_math.kernel import fingerprint, library
 
 _LOOP = ("flight_graph.engines.driver", "flight_graph.engines.effects", "flight_graph.engines.condition_steps",
          "flight_graph.engines.addresses")
+_DRAWS = tuple(f"flight_graph.sampling.{name}" for name in (
+    "combinations", "correlated", "distributions", "normal", "plan", "sampler", "sources"))
 _SCORES = "flight_graph.graphs.fault_scores"
 _PACKAGES = (*FUNCTIONS, "flight_math", "msg_schemas")
 
@@ -26,7 +28,7 @@ def fingerprints(scenario: Scenario) -> dict[str, str]:
     """What decides the rows of a scenario's cases -> SHA-256 of its source: parts of components (``controller.kernel``),
     the driver, the mathematics, the metrics with all of ours that they import, the function that draws. Raises FlightError.
     """
-    found = {"driver": _files(_LOOP), "mathematics": library(), "draws": _files(("flight_graph.graphs.distributions",))}
+    found = {"driver": _files(_LOOP), "mathematics": library(), "draws": _files(_DRAWS)}
     for name, node in scenario.graph.nodes.items():
         found |= {f"{name}.{part}": _part(node.component, part) for part in parts(node.component)}
     if scenario.file.metrics:

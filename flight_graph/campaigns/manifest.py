@@ -2,8 +2,8 @@
 
 ``scenario`` (the file's data with what was set by hand; ``resolved`` is the same with every parameter written out),
 ``vary`` (what is varied, the seed and the plan of the draws), ``code`` (fingerprints, `flight_graph.campaigns.code`) and
-``chunk`` are the campaign's identity: a part belongs to the campaign whose identity it carries. ``runs``, ``until`` and
-``ended`` say how far it goes; they may change while it lives.
+``chunk`` are the campaign's identity: a part belongs to the campaign whose identity it carries. ``runs``, ``ended`` and
+``vary.until`` (a stopping rule; ``runs`` is then the most) say how far it goes, and may change while it lives.
 """
 
 import hashlib
@@ -42,12 +42,11 @@ class Manifest:
     origin: str = ""
     folder: str = ""
     set_by_hand: dict | None = None
-    until: dict | None = None  # the stopping rule; runs is then the most
     ended: dict | None = None  # {"runs": n, "sentence": ...} once the rule has ended it
     made_with: dict | None = None  # versions, for people
 
     @classmethod
-    def of(cls, scenario: Scenario, runs: int | None = None, chunk: int | None = None, until: dict | None = None,
+    def of(cls, scenario: Scenario, runs: int | None = None, chunk: int | None = None,
            set_by_hand: dict | None = None) -> "Manifest":
         """The campaign of a scenario with a ``vary`` block. Raises FlightError.
 
@@ -65,7 +64,7 @@ class Manifest:
         plain = json.loads(json.dumps({
             "scenario": scenario.file.model_dump(by_alias=True, exclude_none=True, exclude={"vary"}),
             "vary": scenario.file.vary, "resolved": scenario.resolved(), "set_by_hand": set_by_hand or {}}, default=str))
-        return cls(scenario.name, code=code.fingerprints(scenario), chunk=chunk or chunk_of(runs), runs=runs, until=until,
+        return cls(scenario.name, code=code.fingerprints(scenario), chunk=chunk or chunk_of(runs), runs=runs,
                    origin=scenario.origin, folder=str(scenario.folder.resolve()) if scenario.folder else "",
                    made_with=_versions(), **plain)
 
