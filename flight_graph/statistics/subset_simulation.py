@@ -11,9 +11,9 @@ the first samples are independent, so the families are, and the relative error o
 
     psi_e = sum over levels j of sum over samples i of e (indicator_ij - p_j) / (N p_j)
 
-with variance sum psi_e^2, and (sum psi_e^2)^2 / sum psi_e^4 degrees of freedom for a Student interval of log P. This holds
-what one chain has in common, what chains from one ancestor have, and what one level hands to the next; the formula of Au and
-Beck takes chains and levels for independent, and says too little.
+with variance sum psi_e^2, and (sum psi_e^2)^2 / sum psi_e^4 degrees of freedom for a Student interval of log P. This
+holds what one chain has in common, what chains from one ancestor have, and what one level hands to the next; the formula
+of Au and Beck takes chains and levels for independent, and says too little.
 """
 
 import math
