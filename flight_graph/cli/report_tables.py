@@ -100,8 +100,9 @@ def _table(rows, title, *columns):
     if not rows:
         return
     shown = [number for number in range(len(columns)) if any(str(row[number]) != "" for row in rows)]
-    table = Table(*(Text(columns[number]) for number in shown), title=Text(printable(title), style="italic"),
-                  title_justify="left")
+    table = Table(title=Text(printable(title), style="italic"), title_justify="left")
+    for number in shown:
+        table.add_column(Text(printable(columns[number])))
     for row in rows[:MOST_ROWS]:
         add(table, *(row[number] for number in shown))
     yield table
