@@ -74,7 +74,7 @@ class Cases:
             return row
         try:
             run = CompiledRun(scenario)
-            row.metrics = metrics.compute(scenario, run.run((lambda _: watch()) if watch else None, self._logs))
+            row.metrics = metrics.compute(scenario, run.run((lambda _: watch()) if watch else None, self._logs), finite=False)
         except RunStopped as error:
             row.status, row.sentence = error.reason, str(error)
         except (ValueError, ArithmeticError, LookupError) as error:
