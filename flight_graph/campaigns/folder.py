@@ -16,10 +16,10 @@ from pathlib import Path
 import pyarrow
 import pyarrow.parquet
 
-from flight_graph.campaigns import rows
+from flight_graph.campaigns import rows as tables
 from flight_graph.campaigns.chunk import Damaged, Part, about_of, decode, part_name
 from flight_graph.campaigns.manifest import Manifest
-from flight_graph.campaigns.rows import Column
+from flight_graph.campaigns.rows import Column, Row
 from flight_graph.errors import FlightError, unknown
 
 DISAGREEMENT = re.compile(r"disagreement-(\d{6,})-[0-9a-f]+\.parquet")
@@ -71,7 +71,7 @@ class Campaign:
 
     def columns(self) -> list[Column]:
         """Name, unit, kind (run, parameter, metric) and type of every column, over all chunks that are there."""
-        return rows.columns_of(self.schema())
+        return tables.columns_of(self.schema())
 
     def schema(self) -> pyarrow.Schema:
         """The columns of the whole table in Arrow's form."""
@@ -79,7 +79,7 @@ class Campaign:
         for number in self.chunks():
             if self.part(number).is_file():
                 found.append(self._told(number, lambda number=number: self._about(number)["schema"]))
-        return rows.unified(found)
+        return tables.unified(found)
 
     def batches(self, columns: list[str] | None = None) -> Iterator[pyarrow.Table]:
         """The rows that are there, a chunk at a time, in case order. Raises FlightError on a damaged part.
@@ -95,7 +95,7 @@ class Campaign:
         for number in self.chunks():
             if self.part(number).is_file():
                 part = self._told(number, lambda number=number: self.read_part(number, columns))
-                yield rows.cast(part.table, schema).slice(0, len(self._cases(number)))
+                yield tables.cast(part.table, schema).slice(0, len(self._cases(number)))
 
     def read(self, columns: list[str] | None = None) -> pyarrow.Table:
         """All rows that are there as one table, in case order."""
@@ -114,13 +114,18 @@ class Campaign:
             raise Damaged(f"{self.part(number)} is chunk {part.number} under another name")
         return part
 
-    def row(self, case: int) -> rows.Row:
+    def rows(self) -> Iterator[Row]:
+        """The rows that are there, one by one, in case order."""
+        for batch in self.batches():
+            yield from tables.rows_of(batch)
+
+    def row(self, case: int) -> Row:
         """One row. Raises FlightError when it is not there."""
         number = case // self.manifest.chunk
         if not 0 <= case < self.manifest.rows or not self.part(number).is_file():
             raise FlightError(f"{self.path}: there is no row of case {case}")
         part = self._told(number, lambda: self.read_part(number))
-        return next(row for row in rows.rows_of(part.table) if row.case == case)
+        return next(row for row in tables.rows_of(part.table) if row.case == case)
 
     def disagreements(self) -> list[Path]:
         """Parts that were made a second time, and came out otherwise."""

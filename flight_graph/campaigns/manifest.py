@@ -39,6 +39,7 @@ class Manifest:
     code: dict
     chunk: int  # [runs]
     runs: int
+    combinations: int = 1  # fixed parts of the cases: case K is combination K mod combinations
     origin: str = ""
     folder: str = ""
     set_by_hand: dict | None = None
@@ -65,8 +66,8 @@ class Manifest:
             "scenario": scenario.file.model_dump(by_alias=True, exclude_none=True, exclude={"vary"}),
             "vary": scenario.file.vary, "resolved": scenario.resolved(), "set_by_hand": set_by_hand or {}}, default=str))
         return cls(scenario.name, code=code.fingerprints(scenario), chunk=chunk or chunk_of(runs), runs=runs,
-                   origin=scenario.origin, folder=str(scenario.folder.resolve()) if scenario.folder else "",
-                   made_with=_versions(), **plain)
+                   combinations=len(scenario.vary.combinations), origin=scenario.origin,
+                   folder=str(scenario.folder.resolve()) if scenario.folder else "", made_with=_versions(), **plain)
 
     @cached_property
     def identity(self) -> str:
