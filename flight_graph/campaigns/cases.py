@@ -115,10 +115,11 @@ class Cases:
             row = Row(number, self.vary.name(number), {}, self.scenario.seed)
             rows.append(row)
             try:
-                row.varied = self.vary.overrides(number) if values is None else values
-                scenario, structure = self._variation.of_values(row.varied, number)
+                given = self.vary.overrides(number) if values is None else values
+                row.varied = {key: value for key, value in given.items() if key != "seed"}
+                scenario, structure = self._variation.of_values(given, number)
                 row.seed = scenario.seed
-                row.varied = {key: _value(scenario, key) for key in self._keys}
+                row.varied = {key: _value(scenario, key) for key in self._keys if key != "seed"}
                 groups.setdefault(structure, []).append((row, scenario))
             except FlightError as error:
                 row.status, row.sentence = "refused", str(error)
