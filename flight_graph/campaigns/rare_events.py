@@ -20,7 +20,6 @@ from flight_graph.graphs.scenario import Scenario
 from flight_graph.statistics.subset_simulation import RareEvent, Stuck, subset_simulation
 
 MOST_EVENTS = 100  # runs in the event that are kept
-AT_ONCE = 16  # runs that a thread takes at a time
 
 
 @dataclass(frozen=True)
@@ -92,7 +91,7 @@ class _Runner:
     def __init__(self, scenario, event, workers, batch):
         self._scenario, self._event, self._batch = scenario, event, batch
         self._pool, self._own = ThreadPoolExecutor(workers, thread_name_prefix="rare"), threading.local()
-        self._ended = False
+        self._workers, self._ended = workers, False
         self._numbers, self.stopped, self.met = 0, 0, []
         first = self._rows([(0, scenario.vary.sampler.from_normals(np.zeros(scenario.vary.sampler.dimensions)))])[0]
         if first.status == "ok" and event.metric not in first.metrics:
@@ -104,8 +103,10 @@ class _Runner:
         sampler = self._scenario.vary.sampler
         cases = [(self._numbers + i, sampler.from_normals(z, self._numbers + i)) for i, z in enumerate(samples)]
         self._numbers += len(cases)
-        parts = [cases[first:first + AT_ONCE] for first in range(0, len(cases), AT_ONCE)]
-        rows = [row for part in self._pool.map(self._rows, parts) for row in part]
+        parts = [cases[first::self._workers] for first in range(min(self._workers, len(cases)))]
+        rows = [None] * len(cases)
+        for first, part in enumerate(self._pool.map(self._rows, parts)):
+            rows[first::self._workers] = part
         values = np.array([self._value(row) for row in rows])
         for (_, given), row, value in zip(cases, rows, values):
             self.stopped += row.status != "ok"
