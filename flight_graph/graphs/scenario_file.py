@@ -95,7 +95,7 @@ class ScenarioFile(_Strict):
     figure: str | None = Field(None, description="`module:function` or `file.py:function` that draws the run")
     paper: str | None = Field(None, description="folder in `papers/` whose claims the bag carries")
     only: EngineLimit | None = Field(None, description="the one engine that can run it, and why")
-    vary: dict[str, Any] | None = Field(None, description="what `flight sweep` varies; see sweeps.md")
+    vary: dict[str, Any] | None = Field(None, description="what `flight sweep` varies; see campaigns.md")
 
     @classmethod
     def read(cls, data: dict, origin: str) -> "ScenarioFile":
