@@ -69,7 +69,7 @@ def _show_events(scenario):
     """What changes while it runs."""
     from rich.table import Table
     if scenario.file.events:
-        table = Table("at [s]", "parameter", "value", title="events", title_justify="left")
+        table = Table("at (s)", "parameter", "value", title="events", title_justify="left")
         for entry in sorted(scenario.file.events, key=lambda entry: entry.at_s):
             for name, value in entry.set.items():
                 add(table, f"{entry.at_s:g}", name, value)
