@@ -141,8 +141,8 @@ class ComponentNode(LifecycleNode):
 
     def close(self):
         """End the service thread and the node."""
-        self._executor.shutdown(timeout_sec=1.0)
-        self._thread.join(timeout=2.0)
+        self._executor.shutdown(timeout_sec=0.5)
+        self._thread.join(timeout=0.5)
         self.destroy_node()
 
     def check_alive(self):

@@ -63,7 +63,7 @@ class RecorderNode(Node):
 def run_recorder(arguments: list[str], announce) -> int:
     """Run the node; return the exit status."""
     stopping = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in leaving.SIGNALS:
         signal.signal(number, lambda *_: stopping.set())
     rclpy.init(args=["recorder", *arguments], signal_handler_options=SignalHandlerOptions.NO)
     node = None
@@ -93,5 +93,6 @@ def main(arguments: list[str], announce=None) -> int:
               "usage: flight node sim_nodes/recorder --ros-args -p scenario:=cubli_asteroid -p out:=FOLDER")
         return 0
     prepare_environment()
+    leaving.at_once()
     leaving.keep_imports()
-    return leaving.leave(run_recorder(arguments, announce or tell_errors))
+    leaving.leave(run_recorder(arguments, announce or tell_errors))
