@@ -66,7 +66,8 @@ def _run(use, component, default_name, arguments, announce) -> int:
     from rclpy.signals import SignalHandlerOptions
 
     from flight_graph.ros import lockstep, realtime
-    from flight_graph.ros.node import ComponentNode, Stopped
+    from flight_graph.ros.managed import Stopped
+    from flight_graph.ros.node import ComponentNode
 
     node = None
     stopping = []
@@ -81,6 +82,7 @@ def _run(use, component, default_name, arguments, announce) -> int:
         node = ComponentNode(default_name, use, component, announce)
         if stopping:
             raise Stopped
+        node.wait_until_configured()
         node.introduce()
         announce({"ready": node.get_name()})
         (lockstep if node.settings.lockstep else realtime).run(node)
