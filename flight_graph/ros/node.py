@@ -7,6 +7,7 @@ from flight_graph.errors import FlightError, unknown
 from flight_graph.recordings.recording import formatted_payload
 from flight_graph.ros.live_faults import CLEAR, INJECT, LiveFaults
 from flight_graph.ros.managed import ManagedNode
+from flight_graph.ros.parameter_changes import ParameterChanges
 from flight_graph.ros.parameters import ComponentParameters
 from flight_graph.ros.ports import InputPort, LoopOnly, OutputPort, RawPublisher, is_importable
 from flight_graph.ros.progress import Progress, Watch
@@ -38,7 +39,7 @@ class ComponentNode(ManagedNode):
         self.parameters = ComponentParameters(self, component)
         self.parameters.record["period"] = self.settings.period_ns / SECOND
         group = LoopOnly()
-        self.faults = self.live = None
+        self.faults = self.live = scenario = None
         if self.settings.scenario:
             scenario = read_scenario(self.settings.scenario)
             self.component = component = scenario.graph.nodes[self.get_name()].component  # with its texts
@@ -63,6 +64,7 @@ class ComponentNode(ManagedNode):
                   [port.publisher for port in self.outputs.values()] + [publisher for _, publisher in self.formatted])
         self.state = component.initial_state(self.parameters.values)
         self.parameters.accept_changes()
+        self.changes = ParameterChanges(self, scenario)
         self._arguments = (
             self._default_name, self.use, component, self.parameters.record, self.state,
             records, {port: entry.record for port, entry in self.outputs.items()}, self.output_periods,
@@ -125,8 +127,8 @@ class ComponentNode(ManagedNode):
         self._machine = machine
 
     def look(self, t_ns: int) -> None:
-        """Between two firings: take over what was set, and what was injected."""
-        self.parameters.refresh()
+        """Before a firing at t or later: take over what was set, and what was injected."""
+        self.changes.look(t_ns)
         if self.live:
             self.live.check(t_ns)
 

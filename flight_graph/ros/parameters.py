@@ -1,5 +1,7 @@
 """A component's declared parameters as ROS parameters: descriptors, checks, live changes."""
 
+from collections import deque
+
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.exceptions import ParameterException
 from rclpy.parameter import Parameter
@@ -39,7 +41,7 @@ class ComponentParameters:
 
     def __init__(self, node, component):
         self._node, self._component = node, component
-        self._values, self._changed = {}, False
+        self._values, self._given = {}, deque()
         for name, entry in component.parameters.entries.items():
             default = component.parameters.defaults()[name]
             try:
@@ -64,13 +66,22 @@ class ComponentParameters:
         self._node.add_pre_set_parameters_callback(self._filled)
         self._node.add_on_set_parameters_callback(self._on_set)
 
+    def follow(self, values: dict) -> None:
+        """What is set from now on is set on top of these values: an event of the scenario has come."""
+        self._values = values
+
+    def taken(self) -> dict:
+        """What was set since this was asked last, in plain form."""
+        given = {}
+        while self._given:
+            given |= self._given.popleft()
+        return given
+
     def refresh(self) -> None:
-        """Take over what was set since the last firing."""
-        if self._changed:
-            self._changed = False
-            period = self.record["period"].copy()
-            self.record[:] = self._component.parameters.record(self._values, self._node.get_name())
-            self.record["period"] = period
+        """Write the values into the record."""
+        period = self.record["period"].copy()
+        self.record[:] = self._component.parameters.record(self._values, self._node.get_name())
+        self.record["period"] = period
 
     def _filled(self, parameters) -> list[Parameter]:
         """The same parameters, each of its declared type: a number for an array as that array, a whole one as a number."""
@@ -92,9 +103,11 @@ class ComponentParameters:
         if fixed:
             return SetParametersResult(successful=False, reason=f"{', '.join(fixed)}: fixed when the node starts")
         try:
-            values = {**self._values, **self._component.parameters.validate(changes, self._node.get_name())}
+            given = self._component.parameters.validate(changes, self._node.get_name())
+            values = {**self._values, **given}
             values = declared.resolved(self._component, values, self._node.get_name(), None)
         except FlightError as error:
             return SetParametersResult(successful=False, reason=str(error))
-        self._values, self._changed = values, True
+        self._values = values
+        self._given.append(given)
         return SetParametersResult(successful=True)
