@@ -153,11 +153,12 @@ setup(
             "mcap-ros2-support>=0.5",
             "sympy>=1.12",
             "mpmath>=1.3",
-            "pin>=3; sys_platform != 'win32'",  # no wheels for Windows: what it judges is skipped there
             "psutil>=5.9",
             "dask>=2024.8",  # the extra [dask], tested with a real cluster
             "distributed>=2024.8",
         ],
+        # A reference of the space robot's tests, 380 MB; they are skipped without it. No wheels for Windows.
+        "pinocchio": ["pin>=3; sys_platform != 'win32'"],
     },
     zip_safe=False,
 )
