@@ -72,7 +72,7 @@ class Relation(_Strict):
         return self
 
     def holds(self, value) -> bool:
-        """Whether the relation holds; None (never, or not there) holds for ``is: null`` alone."""
+        """Whether the relation holds; None (missing) holds for ``is: null`` alone."""
         if "is_" in self.model_fields_set:
             return value == self.is_
         if value is None or not math.isfinite(value):

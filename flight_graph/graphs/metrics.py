@@ -15,7 +15,8 @@ def compute(scenario: Scenario, signals) -> dict:
     """Return the metrics of a run by name, in plain types: those of the scenario's function, if it names one, and the
     scores of its faults and monitors (`flight_graph.graphs.fault_scores`).
 
-    signals: a mapping topic -> structured array (a Recording, or a bag's signals).
+    signals: a mapping topic -> structured array (a Recording, or a bag's signals). A metric that this run does not have is
+    None; units and meanings: `flight_graph.graphs.glossary`.
     """
     function, scored = of(scenario), fault_scores.scores(scenario, signals)
     if function is None:
@@ -64,5 +65,5 @@ def _plain(value, where):
     if value is not None and not isinstance(value, (bool, int, float, str)):
         raise FlightError(f"{where}: {type(value).__name__} is not allowed; allowed: a number, a text, true or false, None")
     if isinstance(value, float) and not math.isfinite(value):
-        return None  # "never": JSON has no NaN
+        return None  # there is no such number: the one form of what is missing
     return value
