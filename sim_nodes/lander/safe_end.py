@@ -12,7 +12,7 @@ DESCEND = 0  # mode of `lander_ros.mode_manager`
 STILL, SILENT = 0.1, 1.0  # [m/s], [s] since the last word of a mode manager that is gone
 METRICS = (
     word("end", "landed (a contact within the limits of a soft one), hit (a harder one), below (no contact, but has been "
-         f"under the keep-out funnel), holding (slower than {STILL} m/s), climbing, descending (to its site, or the ground)"),
+         f"under the keep-out funnel), holding (slower than {STILL} m/s), climbing, descending (to site or ground)"),
     flag("is_safe", "landed, holding or climbing; descending only under a mode manager that lives and is in its mode "
          "descend", headline=True),
     number("speed_mps", "m/s", "relative to the site, at the contact or at the end", headline=True),
