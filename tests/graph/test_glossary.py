@@ -60,7 +60,7 @@ def test_a_friction_ratio_without_contact_is_missing():
 
 def test_numbers_that_are_none_are_none():
     for value in (math.nan, math.inf, np.float64("nan"), np.array([-math.inf]), None):
-        assert metrics._plain(value, "here") is None
+        assert metrics._plain(value, "here", finite=True) is None
 
 
 def test_the_ground_is_the_body_s():
