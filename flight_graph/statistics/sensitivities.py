@@ -1,0 +1,128 @@
+"""What of the draws decides a metric: Sobol indices of a design of Saltelli, and rank correlations of any campaign.
+
+Sobol indices: share of a metric's variance that a factor explains alone (first order), and with all others (total); A.
+Saltelli and others, Computer Physics Communications 181 (2010) 259-270, table 2 (b) and (f). Intervals: delta method, of
+independent base samples; those of a Sobol sequence lie closer than they say.
+
+Rank correlations: C. Spearman (1904), and partial ones, which take out what the other inputs explain linearly in ranks
+(R. L. Iman and W. J. Conover, 1982). Intervals: Fisher's transformation with the variance of D. G. Bonett and T. A. Wright,
+Psychometrika 65 (2000) 23-28.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import special, stats
+
+LEAST_SAMPLES = 4  # [-] pairs of a rank correlation, beside the inputs that are taken out
+
+
+@dataclass(frozen=True)
+class Index:
+    """First order and total index of a factor, each with the ends of its interval."""
+
+    factor: str
+    first: float
+    first_low: float
+    first_high: float
+    total: float
+    total_low: float
+    total_high: float
+
+
+@dataclass(frozen=True)
+class Indices:
+    """samples: base samples used; left_out: those with a missing or infinite value or a missing row.
+
+    factors: [] where the metric does not vary, or nothing is left.
+    """
+
+    samples: int
+    left_out: int
+    confidence: float
+    factors: tuple[Index, ...]
+
+
+@dataclass(frozen=True)
+class Correlation:
+    """Rank correlation of an input with a metric. partial: without what the other inputs explain; None: too few rows,
+    or one of the two does not vary."""
+
+    key: str
+    value: float | None
+    low: float | None
+    high: float | None
+    partial: float | None
+    partial_low: float | None
+    partial_high: float | None
+    rows: int
+    left_out: int
+
+
+def sobol_indices(values, factors: list[str], confidence: float = 0.95) -> Indices:
+    """Indices from the metric's values (n,) in the order of the draws 0 to n - 1; NaN: the draw has none.
+
+    factors: names, in the sampler's order; a base sample is len(factors) + 2 draws: A, B, A with each factor from B.
+    """
+    width = len(factors) + 2
+    values = np.asarray(values, dtype=float)
+    begun = -(-len(values) // width)
+    rows = values[:len(values) // width * width].reshape(-1, width)
+    kept = rows[np.isfinite(rows).all(axis=1)]
+    n, left_out = len(kept), begun - int(np.isfinite(rows).all(axis=1).sum())
+    if n < 2 or np.ptp(kept[:, :2]) == 0.0:
+        return Indices(n, left_out, confidence, ())
+    a, b, ab = kept[:, :1] - kept[:, :2].mean(), kept[:, 1:2] - kept[:, :2].mean(), kept[:, 2:] - kept[:, :2].mean()
+    squares = 0.5 * (a * a + b * b)
+    variance, z = squares.mean(), float(special.ndtri(0.5 + 0.5 * confidence))
+    ends = []
+    for parts in (b * (ab - a), 0.5 * (a - ab) ** 2):
+        share = parts.mean(axis=0) / variance
+        reach = z * np.std((parts - share * squares) / variance, axis=0, ddof=1) / math.sqrt(n)
+        ends.append(np.stack([share, share - reach, share + reach]))
+    found = [Index(name, *map(float, (*ends[0][:, j], *ends[1][:, j]))) for j, name in enumerate(factors)]
+    return Indices(n, left_out, confidence, tuple(found))
+
+
+def rank_correlations(inputs: dict, values, confidence: float = 0.95) -> list[Correlation]:
+    """Spearman's and partial rank correlation of each input (n,) with the metric's values (n,).
+
+    Rows in which any of them is NaN are left out, and counted.
+    """
+    names, values = list(inputs), np.asarray(values, dtype=float)
+    table = np.column_stack([*(np.asarray(inputs[name], dtype=float) for name in names), values])
+    kept = table[~np.isnan(table).any(axis=1)]
+    n, left_out = len(kept), len(table) - len(kept)
+    ranked = stats.rankdata(kept, axis=0) if n else kept
+    varies = np.array([np.ptp(column) > 0.0 if n else False for column in ranked.T])
+    used = [j for j in range(len(names)) if varies[j]]
+    if n < LEAST_SAMPLES or not varies[-1] or not used:
+        return [Correlation(name, *[None] * 6, n, left_out) for name in names]
+    matrix = np.atleast_2d(np.corrcoef(ranked[:, [*used, -1]].T))
+    partial = _partial(matrix) if n >= LEAST_SAMPLES + len(used) else None
+    found = []
+    for j, name in enumerate(names):
+        if j not in used:
+            found.append(Correlation(name, *[None] * 6, n, left_out))
+            continue
+        value, rest = matrix[-1, used.index(j)], None if partial is None else partial[used.index(j)]
+        found.append(Correlation(name, float(value), *_ends(value, n, confidence), None if rest is None else float(rest),
+                                 *_ends(rest, n - len(used) + 1, confidence), n, left_out))
+    return found
+
+
+def _partial(matrix):
+    """Partial correlations of the last variable with each other one; None where ranks follow from each other."""
+    if np.linalg.cond(matrix) > 1e12:
+        return None
+    inverse = np.linalg.inv(matrix)
+    return -inverse[-1, :-1] / np.sqrt(np.diag(inverse)[:-1] * inverse[-1, -1])
+
+
+def _ends(value, n, confidence):
+    if value is None or n < LEAST_SAMPLES:
+        return None, None
+    reach = float(special.ndtri(0.5 + 0.5 * confidence)) * math.sqrt((1.0 + 0.5 * value * value) / (n - 3))
+    centre = math.atanh(min(max(value, -1.0 + 1e-15), 1.0 - 1e-15))
+    return math.tanh(centre - reach), math.tanh(centre + reach)
