@@ -8,7 +8,7 @@ from flight_graph.engines.compiled import LONGEST_CHUNK, CompiledRun, Flight
 from flight_graph.errors import FlightError, RunStopped
 from flight_graph.faults import fault_file
 from flight_graph.faults.report import REPORT
-from flight_graph.graphs import metrics
+from flight_graph.graphs import glossary, metrics
 from flight_graph.graphs.scenario import Scenario, vary_case
 
 
@@ -42,8 +42,8 @@ class Cases:
 
     @property
     def units(self) -> dict[str, str]:
-        """Units of what is varied, by key, where they are declared."""
-        found = {}
+        """Units of metrics and of what is varied, by name, where they are declared."""
+        found = {entry.name: entry.unit for entry in glossary.of(self.scenario).metrics.values()}
         for key in self.vary.keys():
             name, _, parameter = key.partition(".")
             node = self.scenario.graph.nodes.get(name)

@@ -54,6 +54,7 @@ class Glossary:
     metrics: dict[str, MetricEntry]
     traces: tuple[Trace, ...] = ()
     landing: LandingPoints | None = None
+    is_declared: bool = True  # False: the metrics function declares nothing, so any name may be a metric
 
     def entry(self, name: str) -> MetricEntry:
         """The declaration of a metric; one without unit and meaning where there is none."""
@@ -65,7 +66,8 @@ def of(scenario) -> Glossary:
     function = metrics.of(scenario)
     declared = {} if function is None else function.__globals__
     entries = (*fault_scores.METRICS, *declared.get("METRICS", ()))
-    return Glossary({entry.name: entry for entry in entries}, tuple(declared.get("TRACES", ())), declared.get("LANDING"))
+    return Glossary({entry.name: entry for entry in entries}, tuple(declared.get("TRACES", ())), declared.get("LANDING"),
+                    function is None or "METRICS" in declared)
 
 
 def recorded(name: str, unit: str, meaning: str, topic: str, field: str, scale: float = 1.0,

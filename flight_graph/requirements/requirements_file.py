@@ -42,10 +42,14 @@ class _Strict(BaseModel):
 
 
 class CampaignEntry(_Strict):
-    """Many runs: at least ``share`` of all that could be drawn keeps the limit, with this confidence (one-sided)."""
+    """Many runs: at least ``share`` of all that could be drawn keeps the limit, with this confidence (one-sided).
+
+    vary: what is drawn, in place of the scenario's own block.
+    """
 
     scenario: str
     set: dict[str, Any] = Field(default_factory=dict)
+    vary: dict[str, Any] | None = None
     runs: int = Field(ge=1, le=LARGEST_CAMPAIGN)
     share: float = Field(gt=0.0, lt=1.0)
     confidence: float = Field(gt=0.5, lt=1.0)
