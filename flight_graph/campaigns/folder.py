@@ -8,6 +8,7 @@
 Nothing of it runs code of the campaign's scenario, and every row that is given out is the one that was written.
 """
 
+import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -126,6 +127,20 @@ class Campaign:
             raise FlightError(f"{self.path}: there is no row of case {case}")
         part = self._told(number, lambda: self.read_part(number))
         return next(row for row in tables.rows_of(part.table) if row.case == case)
+
+    def differences(self, case: int, metrics: dict) -> list[str]:
+        """What a run of a case came to otherwise than its row says, in words; [] also where the campaign has no such row.
+
+        metrics: those of the run, NaN and infinity as None.
+        """
+        try:
+            row = self.row(case)
+        except FlightError:
+            return []
+        known = {name: None if isinstance(value, float) and not math.isfinite(value) else value
+                 for name, value in row.metrics.items()}
+        return [f"case {case} in {self.path} has {name} {known[name]!r}, and here {metrics.get(name)!r}" for name in known
+                if row.status == "ok" and known[name] != metrics.get(name)]
 
     def disagreements(self) -> list[Path]:
         """Parts that were made a second time, and came out otherwise."""

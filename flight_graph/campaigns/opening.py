@@ -12,7 +12,7 @@ from flight_graph.campaigns import coordinator
 from flight_graph.campaigns.folder import Campaign
 from flight_graph.campaigns.manifest import FILE, Manifest, checked_runs
 from flight_graph.campaigns.run import ChunkRunner
-from flight_graph.campaigns.workers import compile_first
+from flight_graph.campaigns.workers import Threads, compile_first
 from flight_graph.components.foreign import Consent
 from flight_graph.engines.choice import check_engine
 from flight_graph.errors import FlightError
@@ -100,6 +100,14 @@ def fill(campaign: Campaign, scenario: Scenario, make_pool, progress=None, tell=
     if campaign.missing():
         compile_first(scenario, campaign.manifest.runs)
     return coordinator.complete(campaign, make_pool(campaign.manifest, scenario), progress, tell)
+
+
+def run_here(scenario: Scenario, folder: Path, runs: int | None = None, workers: int | None = None,
+             chunk: int | None = None, progress=None) -> Campaign:
+    """A new campaign of a scenario in a folder, run by threads of this process. Raises FlightError."""
+    manifest = Manifest.of(scenario, runs, chunk)
+    campaign = _saved(Campaign(coordinator.folder_of(Path(folder)), manifest), manifest)
+    return fill(campaign, scenario, lambda *given: Threads(*given, workers or os.cpu_count() or 1), progress)
 
 
 def chunk_numbers(text: str, manifest: Manifest) -> list[int]:

@@ -20,7 +20,7 @@ STATUSES = ("ok", "fault", "nonfinite", "refused", "error")
 class Row:
     """One run. name: of its variant; status: ok, fault, nonfinite, refused or error; sentence: why it is not ok.
 
-    varied: key -> value; metrics: name -> number, text, truth value or None (not available).
+    varied: key -> value, but for the seed; metrics: name -> number, text, truth value or None (not available).
     """
 
     case: int
@@ -51,10 +51,8 @@ def table_of(rows: list[Row], units: dict[str, str] | None = None) -> pyarrow.Ta
     fields = [_field(name, kind, "run", "") for name, kind in RUN_COLUMNS.items()]
     for part, kind in (("varied", "parameter"), ("metrics", "metric")):
         for key in dict.fromkeys(key for row in rows for key in getattr(row, part)):
-            if key in columns and (kind, key) != ("parameter", "seed"):
-                raise FlightError(f"the metric '{key}' has the name of another column; name it differently")
             if key in columns:
-                continue
+                raise FlightError(f"the metric '{key}' has the name of another column; name it differently")
             columns[key] = pyarrow.array(_alike([getattr(row, part).get(key) for row in rows]))
             fields.append(_field(key, columns[key].type, kind, (units or {}).get(key, "")))
     return pyarrow.table(list(columns.values()), pyarrow.schema(fields))

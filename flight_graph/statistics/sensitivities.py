@@ -5,8 +5,8 @@ Saltelli and others, Computer Physics Communications 181 (2010) 259-270, table 2
 independent base samples; those of a Sobol sequence lie closer than they say.
 
 Rank correlations: C. Spearman (1904), and partial ones, which take out what the other inputs explain linearly in ranks
-(R. L. Iman and W. J. Conover, 1982). Intervals: Fisher's transformation with the variance of D. G. Bonett and T. A. Wright,
-Psychometrika 65 (2000) 23-28.
+(R. L. Iman and W. J. Conover, 1982). Intervals: Fisher's transformation, with the variance of what each row adds to the
+correlation (its influence, A. W. van der Vaart, Asymptotic Statistics, chapter 20): no distribution is assumed.
 """
 
 import math
@@ -15,7 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import special, stats
 
-LEAST_SAMPLES = 4  # [-] pairs of a rank correlation, beside the inputs that are taken out
+LEAST_SAMPLES = 10  # [-] rows of an interval, beside the inputs that are taken out
+MOST_ROWS = 20_000  # [-] of which the variance is taken
+WORST_CONDITION = 1e10  # [-] of the correlations: beyond it inputs follow from each other
 
 
 @dataclass(frozen=True)
@@ -97,32 +99,64 @@ def rank_correlations(inputs: dict, values, confidence: float = 0.95) -> list[Co
     ranked = stats.rankdata(kept, axis=0) if n else kept
     varies = np.array([np.ptp(column) > 0.0 if n else False for column in ranked.T])
     used = [j for j in range(len(names)) if varies[j]]
-    if n < LEAST_SAMPLES or not varies[-1] or not used:
+    if n < 3 or not varies[-1] or not used:
         return [Correlation(name, *[None] * 6, n, left_out) for name in names]
-    matrix = np.atleast_2d(np.corrcoef(ranked[:, [*used, -1]].T))
-    partial = _partial(matrix) if n >= LEAST_SAMPLES + len(used) else None
+    matrix = np.corrcoef(ranked[:, [*used, -1]].T)
+    whole = n >= LEAST_SAMPLES + len(used) and np.linalg.cond(matrix) < WORST_CONDITION
+    partial, slopes = _partial(matrix) if whole else (None, [])
+    own, joint = _influences(ranked[:MOST_ROWS, [*used, -1]], slopes)
     found = []
     for j, name in enumerate(names):
         if j not in used:
             found.append(Correlation(name, *[None] * 6, n, left_out))
             continue
-        value, rest = matrix[-1, used.index(j)], None if partial is None else partial[used.index(j)]
-        found.append(Correlation(name, float(value), *_ends(value, n, confidence), None if rest is None else float(rest),
-                                 *_ends(rest, n - len(used) + 1, confidence), n, left_out))
+        i = used.index(j)
+        ends = _ends(matrix[-1, i], own[i], n, confidence)
+        rest = (None, None, None) if partial is None else (
+            float(partial[i]), *_ends(partial[i], joint[i], n - len(used) + 1, confidence))
+        found.append(Correlation(name, float(matrix[-1, i]), *ends, *rest, n, left_out))
     return found
 
 
 def _partial(matrix):
-    """Partial correlations of the last variable with each other one; None where ranks follow from each other."""
-    if np.linalg.cond(matrix) > 1e12:
-        return None
+    """Partial correlations of the last variable with each other one, and the slopes of each over all correlations."""
     inverse = np.linalg.inv(matrix)
-    return -inverse[-1, :-1] / np.sqrt(np.diag(inverse)[:-1] * inverse[-1, -1])
+    last, found, slopes = inverse[-1], [], []
+    for j, row in enumerate(inverse[:-1]):
+        scale = math.sqrt(row[j] * last[-1])
+        found.append(-last[j] / scale)
+        slopes.append(np.outer(row, last) / scale + 0.5 * found[-1] * (np.outer(row, row) / row[j]
+                                                                      + np.outer(last, last) / last[-1]))
+    return np.array(found), slopes
 
 
-def _ends(value, n, confidence):
-    if value is None or n < LEAST_SAMPLES:
+def _influences(ranked, slopes):
+    """Standard deviation of what a row adds to the rank correlation of each variable with the last one, and to each
+    partial correlation."""
+    u = (ranked - ranked.mean(axis=0)) / len(ranked)
+    order = np.argsort(u, axis=0, kind="stable")
+    own, joint = [], np.zeros((len(slopes), len(u)))
+    for b in range(u.shape[1]):
+        for a in range(b):
+            part = u[:, a] * u[:, b] + _above(u, order, a, b) + _above(u, order, b, a)
+            part = 12.0 * (part - part.mean())
+            if b == u.shape[1] - 1:
+                own.append(float(part.std()))
+            for row, slope in zip(joint, slopes):
+                row += (slope[a, b] + slope[b, a]) * part
+    return own, joint.std(axis=1)
+
+
+def _above(u, order, a, b):
+    """Of each row i the mean of u_b over the rows j with u_aj >= u_ai, of all."""
+    found = np.empty(len(u))
+    found[order[:, a]] = np.cumsum(u[order[::-1, a], b])[::-1] / len(u)
+    return found
+
+
+def _ends(value, deviation, n, confidence):
+    """Fisher's z, whose derivative is 1 / (1 - value^2)."""
+    if n < LEAST_SAMPLES or abs(value) >= 1.0 - 1e-12:
         return None, None
-    reach = float(special.ndtri(0.5 + 0.5 * confidence)) * math.sqrt((1.0 + 0.5 * value * value) / (n - 3))
-    centre = math.atanh(min(max(value, -1.0 + 1e-15), 1.0 - 1e-15))
-    return math.tanh(centre - reach), math.tanh(centre + reach)
+    reach = float(special.ndtri(0.5 + 0.5 * confidence)) * deviation / (1.0 - value * value) / math.sqrt(n - 3)
+    return math.tanh(math.atanh(value) - reach), math.tanh(math.atanh(value) + reach)
