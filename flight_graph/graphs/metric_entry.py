@@ -8,7 +8,7 @@ NUMBER, FLAG, WORD = "number", "flag", "word"
 @dataclass(frozen=True)
 class MetricEntry:
     """One metric. unit: "1" of a pure number, "" of flags and words; missing: why a run has none (``None``), "" where each
-    has one; headline: among the few that a report shows first."""
+    has one; headline: among the few that a report shows first; smallest_is_worst: of the ends of the values."""
 
     name: str
     unit: str
@@ -16,16 +16,13 @@ class MetricEntry:
     missing: str = ""
     kind: str = NUMBER
     headline: bool = False
-
-    @property
-    def label(self) -> str:
-        """Name and unit, for an axis or a column."""
-        return f"{self.name} [{self.unit}]" if self.unit else self.name
+    smallest_is_worst: bool = False
 
 
-def number(name: str, unit: str, meaning: str, missing: str = "", headline: bool = False) -> MetricEntry:
+def number(name: str, unit: str, meaning: str, missing: str = "", headline: bool = False,
+           smallest_is_worst: bool = False) -> MetricEntry:
     """A metric that is a number."""
-    return MetricEntry(name, unit, meaning, missing, NUMBER, headline)
+    return MetricEntry(name, unit, meaning, missing, NUMBER, headline, smallest_is_worst)
 
 
 def flag(name: str, meaning: str, missing: str = "", headline: bool = False) -> MetricEntry:

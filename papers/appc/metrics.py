@@ -39,7 +39,7 @@ METRICS = (
     number("effort", "N^2 m^2 s", "integral of u.u"),
     number("effort_20s", "N^2 m^2 s", "integral of u.u over the first 20 s"),
     number("normal_force_min", "m g", "smallest normal force, from true state, torque and disturbance; below 0: the ground "
-           "would have to pull", headline=True),
+           "would have to pull", headline=True, smallest_is_worst=True),
     number("friction_ratio_max", "1", "largest ratio of tangential to normal force", "contact is lost"),
     number("wheel_speed_max", "rad/s", "largest wheel speed"),
     number("limit_eq9", "rad/s", "rate limit of eq. (9)"),

@@ -28,7 +28,7 @@ METRICS = (
     number("rate_across_max", "rad/s", "largest rate across the body diagonal", headline=True),
     number("spin_max", "rad/s", "largest rate along the body diagonal"),
     number("wheel_speed_max", "rad/s", "largest wheel speed"),
-    number("normal_force_min", "m g", "smallest normal force", headline=True),
+    number("normal_force_min", "m g", "smallest normal force", headline=True, smallest_is_worst=True),
     number("friction_ratio_max", "1", "largest ratio of tangential to normal force", "contact is lost"),
     number("lift_off_s", "s", "first time without contact", "it stays on the ground"),
     number("slip_s", "s", "first time outside the friction cone", "it never slips"),

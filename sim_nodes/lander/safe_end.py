@@ -19,7 +19,7 @@ METRICS = (
     number("lateral_m", "m", "off the site's normal, at the contact or at the end", headline=True),
     number("height_m", "m", "along the site's normal, at the contact or at the end", headline=True),
     number("attitude_deg", "deg", "angle to the goal's attitude, at the contact or at the end"),
-    number("clearance_min_m", "m", "smallest clearance over the keep-out funnel", headline=True),
+    number("clearance_min_m", "m", "smallest clearance over the keep-out funnel", headline=True, smallest_is_worst=True),
     number("delta_v_mps", "m/s", "integral of |f|/m", headline=True),
     number("valid_error_max_m", "m", "largest error of a position that was said to be valid, until a contact",
            "none was said to be valid", headline=True),
