@@ -38,7 +38,7 @@ class Values:
         self.campaign, self.pool = campaign, pool
         self.vary = Vary(campaign.manifest.vary, campaign.manifest.origin or campaign.manifest.name)
         self.plan = self.vary.file.sampling.plan
-        parts = list(campaign.batches(["case", "status"]))
+        parts = list(campaign.batches(["case", "status"])) if campaign.schema().names else []
         table = pyarrow.concat_tables(parts) if parts else None
         if table is None or not table.num_rows:
             raise FlightError(f"{campaign.path}: no run of this campaign has ended; flight sweep {campaign.path} runs them")

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flight_graph.graphs import fault_scores, metrics
+from flight_graph.graphs import fault_scores, measures, metrics
 from flight_graph.graphs.fault_scores import times
 from flight_graph.graphs.metric_entry import MetricEntry, flag, number, word
 
@@ -62,10 +62,13 @@ class Glossary:
 
 
 def of(scenario) -> Glossary:
-    """The glossary of a scenario: that of its metrics function's module, and the scores of faults. Raises FlightError."""
+    """The glossary of a scenario: that of its metrics function's module, its measures, and the scores of faults.
+
+    Raises FlightError.
+    """
     function = metrics.of(scenario)
     declared = {} if function is None else function.__globals__
-    entries = (*fault_scores.METRICS, *declared.get("METRICS", ()))
+    entries = (*fault_scores.METRICS, *measures.entries(scenario.measures), *declared.get("METRICS", ()))
     return Glossary({entry.name: entry for entry in entries}, tuple(declared.get("TRACES", ())), declared.get("LANDING"),
                     function is None or "METRICS" in declared)
 

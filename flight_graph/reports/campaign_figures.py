@@ -13,6 +13,8 @@ MOST_METRICS = 10  # that are drawn
 MOST_GROUPS = 6  # in one drawing
 MOST_MATRIX = 3  # inputs, and metrics, in the matrix of scatter plots
 MOST_BARS = 12
+MOST_RATES = 40
+RATE = ("rate", "low", "high", "successes", "runs")
 MOST_WORST_FLOWN = 60
 SUCCESS = ("success", "is_safe")  # the flags that colour points, the first that there is
 
@@ -49,14 +51,16 @@ def overview(about) -> list:
 
 def success(about) -> list:
     """Rates of all that is true or false."""
-    rows = [{"name": _named(row["metric"], group), **{key: row[key] for key in ("rate", "low", "high", "successes", "runs")}}
+    rows = [{"name": _named(row["metric"], group), **{key: row[key] for key in RATE}}
             for group in about.found["groups"] for row in group["rates"]]
     if not rows:
         return []
+    lowest = sorted(rows, key=lambda row: row["rate"])[:MOST_RATES] if len(rows) > MOST_RATES else rows
     shown = [[row["name"], f"{row['successes']} of {row['runs']}", text(row["rate"]), text(row["low"]), text(row["high"])]
              for row in rows]
     head = ["metric", "runs", "rate", "at least", "at most"]
-    return [distributions.rates("Rates", rows, about.choices.confidence), Table("Rates and their intervals", head, shown)]
+    title = f"The {MOST_RATES} lowest of {len(rows)} rates" if len(rows) > MOST_RATES else "Rates"
+    return [distributions.rates(title, lowest, about.choices.confidence), Table("Rates and their intervals", head, shown)]
 
 
 def _named(name, group) -> str:
@@ -86,7 +90,9 @@ def dispersions(about) -> list:
 
 
 def all_metrics(about) -> list:
-    """Every number with its percentiles, by group."""
+    """Every number with its percentiles, by group; of many groups the headlines alone, a table each."""
+    if len(about.found["groups"]) > MOST_GROUPS:
+        return [_by_group(about, name) for name in about.headlines]
     share = 100.0 * about.choices.share
     head = ["metric", "unit", "meaning", "values", "none", "no number", "least", "case", *(
         f"{100.0 * one:g} %" for one in numbers.SHARES), "largest", "case",
@@ -108,6 +114,15 @@ def all_metrics(about) -> list:
         if words:
             found.append(Table("Words", ["metric", "runs"], words))
     return found
+
+
+def _by_group(about, name) -> Table:
+    """A metric in each group."""
+    rows = [[group["group"], row["values"], row["without"], row["not_a_number"], text(row.get("least")),
+             *(_percentile(one) for one in row["percentiles"]), text(row.get("largest"))]
+            for group in about.found["groups"] for row in group["metrics"] if row["metric"] == name]
+    head = ["group", "values", "none", "no number", "least", *(f"{100.0 * one:g} %" for one in numbers.SHARES), "largest"]
+    return Table(about.label(name), head, rows, about.glossary.entry(name).meaning)
 
 
 def _percentile(one) -> str:
@@ -132,8 +147,8 @@ def relations(about) -> list:
         return []
     extremes = np.concatenate([[column[rows].argmin(), column[rows].argmax()] for column in columns.values()])
     shown = rows[points.chosen(len(rows), points.MOST_POINTS, extremes)]
-    words = (f"The first metrics, and the draws that rank highest with them. {len(shown)} of {len(about.values.cases)} runs "
-             "are drawn, the ends of each column among them.")
+    words = (f"The first metrics, and the draws that rank highest with them. {len(shown)} of {len(about.values.cases)} "
+             "runs are drawn, the ends of each column among them.")
     drawn = {about.label(name): column[shown] for name, column in columns.items()}
     return [points.scatter_matrix("What hangs together", drawn, good(about)[shown], about.values.cases[shown], words)]
 

@@ -17,7 +17,7 @@ from flight_graph.reports import campaign_figures as figures
 from flight_graph.reports.flights import Flights, fly
 from flight_graph.reports.page import Section
 
-FLIGHTS, WORST = 100, 5  # cases that are run again for the funnels, and worst cases of each metric
+FLIGHTS, WORST = 100, 10  # cases that are run again for the funnels, and worst cases of each metric
 
 
 @dataclass

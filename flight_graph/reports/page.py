@@ -141,7 +141,7 @@ section { scroll-margin-top: 44px; } figure { margin: 18px 0; } figcaption { fon
 .table { overflow-x: auto; } table { border-collapse: collapse; font-size: 13px; }
 th, td { text-align: left; padding: 3px 10px 3px 0; border-bottom: 1px solid #eaecee; vertical-align: top; }
 th { position: sticky; top: 0; background: #fff; } .data { margin: 2px 0; } p { max-width: 90ch; }
-button { font: 12px system-ui, sans-serif; border: 1px solid #aab7b8; background: #fff; border-radius: 3px; cursor: pointer; }
+button { font: 12px system-ui, sans-serif; border: 1px solid #aab7b8; background: #fff; border-radius: 3px; }
 """
 
 _SCRIPT = """
