@@ -110,7 +110,7 @@ def test_what_is_met_and_what_is_waived_in_vain(flight, tmp_path):
 
 
 @pytest.mark.parametrize("change, sentence", [
-    ({"metric": "angel_max"}, "no metric called 'angel_max'; did you mean 'angle_max'?"),
+    ({"metric": "angel_max"}, "no metric called 'angel_max'; did you mean 'angle_max'"),
     ({"unit": "deg"}, "unit: 'angle_max' is in rad, not in deg"),
     ({"limit": {"is": True}}, "'angle_max' is a number, so 'is True' cannot hold of it"),
     ({"metric": "swings", "unit": None}, "'swings' is true or false, so '<= 0.5' cannot hold of it; allowed: is: true or false"),
