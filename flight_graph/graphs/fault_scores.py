@@ -9,7 +9,7 @@ from flight_graph.timebase import SECOND
 MODE = "mode"  # the output of a mode manager
 METRICS = (
     number("fault_onset_s", "s", "when the first fault became active", missing="no fault became active"),
-    flag("fault_detected", "an actionpoint acted from the onset on", headline=True),
+    flag("fault_detected", "an actionpoint acted from the onset on"),
     number("fault_detection_delay_s", "s", "from the onset to the first act of an actionpoint", missing="none acted",
            headline=True),
     word("fault_detected_by", "the actionpoint of that first act", missing="none acted"),

@@ -5,6 +5,7 @@ from plotly import graph_objects
 
 from flight_graph.campaigns import report as numbers
 from flight_graph.errors import FlightError
+from flight_graph.graphs.metric_entry import FLAG
 from flight_graph.reports import distributions, histories
 from flight_graph.reports import relations as points
 from flight_graph.reports.page import Figure, Table, safe
@@ -50,17 +51,22 @@ def overview(about) -> list:
 
 
 def success(about) -> list:
-    """Rates of all that is true or false."""
-    rows = [{"name": _named(row["metric"], group), **{key: row[key] for key in RATE}}
-            for group in about.found["groups"] for row in group["rates"]]
+    """Rates of all that is true or false; drawn are, of many, the lowest of what is declared to matter."""
+    names = dict.fromkeys(row["metric"] for group in about.found["groups"] for row in group["rates"])
+    flags = {name: about.glossary.entry(name) for name in names}
+    flags = {name: entry for name, entry in flags.items() if entry.kind == FLAG or name not in about.glossary.metrics}
+    rows = [{"name": _named(name, group), "headline": flags[name].headline, **{key: row[key] for key in RATE}}
+            for name in flags for group in about.found["groups"] for row in group["rates"] if row["metric"] == name]
     if not rows:
         return []
-    lowest = sorted(rows, key=lambda row: row["rate"])[:MOST_RATES] if len(rows) > MOST_RATES else rows
+    drawn = rows
+    if len(rows) > MOST_RATES:
+        drawn = sorted([row for row in rows if row["headline"]] or rows, key=lambda row: row["rate"])[:MOST_RATES]
     shown = [[row["name"], f"{row['successes']} of {row['runs']}", text(row["rate"]), text(row["low"]), text(row["high"])]
              for row in rows]
     head = ["metric", "runs", "rate", "at least", "at most"]
-    title = f"The {MOST_RATES} lowest of {len(rows)} rates" if len(rows) > MOST_RATES else "Rates"
-    return [distributions.rates(title, lowest, about.choices.confidence), Table("Rates and their intervals", head, shown)]
+    title = f"The lowest {len(drawn)} of {len(rows)} rates" if len(rows) > MOST_RATES else "Rates"
+    return [distributions.rates(title, drawn, about.choices.confidence), Table("Rates and their intervals", head, shown)]
 
 
 def _named(name, group) -> str:

@@ -1,6 +1,6 @@
 """The report of a campaign as a page: what succeeds, how it spreads, what decides it, where and when; the worst cases."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -78,7 +78,8 @@ def page(campaign: Campaign, choices: numbers.Choices, consent: Consent, flights
     """Title, subtitle and sections. flights: how many cases are run again for the funnels over time, 0: none at all;
     worst: how many worst cases of each metric; progress(done, total). Raises FlightError."""
     about = subject(campaign, choices, consent)
-    listed = [numbers.worst(campaign, name, worst, about.glossary.entry(name).smallest_is_worst, choices)
+    together = replace(choices, pool=True) if len(about.values.groups) > figures.MOST_GROUPS else choices
+    listed = [numbers.worst(campaign, name, worst, about.glossary.entry(name).smallest_is_worst, together)
               for name in about.headlines]
     flown = None
     if about.scenario is not None and flights and about.glossary.traces:
