@@ -143,8 +143,10 @@ def main() -> None:
         return
     found = [in_process("rover", "--runs", chosen.runs) for _ in range(chosen.repeats)]
     rates = [chosen.runs / one["cpu_s"] for one in found]
-    print(f"cubli_asteroid, 60 s, {chosen.runs} runs: {spread(rates)} runs a second of CPU; {spread([1e3 * one['cpu_s'] / chosen.runs for one in found])} ms a run, of which the loop "
-          f"{spread([1e3 * one['loop_s'] for one in found])} ms")
+    whole, loop = ([1e3 * value for value in values] for values in (
+        [one["cpu_s"] / chosen.runs for one in found], [one["loop_s"] for one in found]))
+    print(f"cubli_asteroid, 60 s, {chosen.runs} runs: {spread(rates)} runs a second of CPU; {spread(whole)} ms a run, of "
+          f"which the loop {spread(loop)} ms")
     mine, theirs = [], []
     with tempfile.TemporaryDirectory() as work:
         for _ in range(chosen.repeats):
