@@ -225,8 +225,9 @@ def funnels(about, flown, wanted) -> list:
     if flown is None:
         return []
     first = [flown.row(case) for case in about.values.cases[:wanted].tolist()]
+    together = ", all groups together" if len(about.values.groups) > 1 else ""
     return [histories.funnel(trace.name, f"{trace.name} [{trace.unit}]", flown.t, flown.values[trace.name][first],
-                             f"{trace.meaning}; the first {len(first)} cases, run again, all groups together.")
+                             f"{trace.meaning}; the first {len(first)} cases, run again{together}.")
             for trace in about.glossary.traces if trace.name in flown.values
             and np.isfinite(flown.values[trace.name][first]).any()]
 

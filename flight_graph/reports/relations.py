@@ -110,6 +110,8 @@ def landing(title: str, points: np.ndarray, cases: np.ndarray, good: np.ndarray,
     drawing.update_layout(legend={"x": 0.0, "y": 1.0, "bgcolor": "rgba(255,255,255,0.7)"})
     text = "Ellipses of a normal distribution with the mean and covariance of the points"
     text += f"; of the points lie {', '.join(held)}." if held else "."
-    columns = {"case": cases.tolist(), labels[0]: points[:, 0].tolist(), labels[1]: points[:, 1].tolist(),
-               "success": good.tolist()}
+    if len(shown) < len(points):
+        text += f" {len(shown)} of {len(points)} points are drawn, spread evenly over the cases."
+    columns = {"case": cases[shown].tolist(), labels[0]: points[shown, 0].tolist(), labels[1]: points[shown, 1].tolist(),
+               "success": good[shown].tolist()}
     return Figure(title, drawing, columns, text, height=640)
