@@ -74,7 +74,8 @@ def complete(campaign: Campaign, make_pool: Callable, progress: Callable[[int, i
 def _fill(campaign, pool, missing, rows, looks, progress, tell):
     todo, running, lost = iter(missing), {}, {}
     while looks.verdict() is None:
-        while len(running) < AHEAD * pool.width and (number := next(todo, None)) is not None:
+        room = AHEAD * pool.width
+        while len(running) < room and (number := next(todo, None)) is not None:
             running[_submit(campaign, pool, number)] = number
         if progress:
             progress(min(rows, campaign.manifest.rows), campaign.manifest.rows)
