@@ -74,7 +74,7 @@ def test_without_consent_no_code_runs_and_the_page_says_so(tmp_path):
     assert any("left out" in part and "does not come with the packages" in part for part in sections["Overview"]
                if isinstance(part, str))
     assert "Over time" not in sections and "Relations" not in sections
-    assert {"plant.stiffness 0.5", "plant.stiffness 1.0"} == set(sections["Dispersion"][0].columns["group"])
+    assert {"plant.stiffness 0.5", "plant.stiffness 1"} == set(sections["Dispersion"][0].columns["group"])
 
 
 @pytest.fixture
