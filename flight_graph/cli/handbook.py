@@ -10,8 +10,8 @@ from dataclasses import is_dataclass
 from pathlib import Path
 
 from flight_graph import yaml_text
-from flight_graph.components import registry
-from flight_graph.graphs import scenario
+from flight_graph.components import functions, registry
+from flight_graph.graphs import fault_scores, scenario
 from flight_graph.graphs.scenario_file import PARTS, ScenarioFile
 from msg_schemas.qos import QOS
 from msg_schemas.signal import Signal
@@ -36,7 +36,8 @@ def vehicles() -> dict[str, dict[str, Signal]]:
 
 def reference() -> str:
     """The page as Markdown."""
-    return "\n".join([_NOTE, "# Reference", "", *_scenarios(), *_scenario_keys(), *_qos(), *_topics(), *_components(), ""])
+    return "\n".join([_NOTE, "# Reference", "", *_scenarios(), *_scenario_keys(), *_qos(), *_topics(), *_metrics(),
+                      *_components(), ""])
 
 
 def _scenarios():
@@ -78,6 +79,25 @@ def _topics():
             parts = ", ".join(f"{name} [{unit}]" for name, unit in signal.columns())
             text = signal.doc + (f": {parts}" if parts else "")
             yield f"| `/{signal.topic}` | {signal.type_name} | {signal.role.value} | {signal.size + 4} | {_cell(text)} |"
+        yield ""
+
+
+def metric_tables() -> dict[str, tuple]:
+    """The metrics function that a scenario of the packages names -> the declarations beside it; faults' scores first."""
+    named = {data.get("metrics") for data in map(yaml_text.read, scenario.available().values())} - {None}
+    found = {f"{fault_scores.__name__}:scores": fault_scores.METRICS}
+    for name in sorted(named):
+        found[name] = functions.load(name, "metrics").__globals__["METRICS"]
+    return found
+
+
+def _metrics():
+    yield from ["## Metrics", "", "A metric that a run does not have is `none` (`null` in JSON and tables), never a "
+                "number that stands for it.", ""]
+    for name, entries in metric_tables().items():
+        yield from [f"### {name}", "", "| metric | unit | meaning | none means |", "|---|---|---|---|"]
+        for entry in entries:
+            yield f"| `{entry.name}` | {entry.unit or entry.kind} | {_cell(entry.meaning)} | {_cell(entry.missing)} |"
         yield ""
 
 

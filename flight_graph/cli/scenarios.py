@@ -111,7 +111,8 @@ def run(
             "scenario": loaded.name, "bag": str(outcome.bag), "engine": outcome.engine, "pace": outcome.pace,
             "seed": loaded.seed, "wall_s": outcome.wall_s, "compile_s": outcome.compile_s, "lost": outcome.lost,
             "ros_domain_id": outcome.domain,
-            "metrics": outcome.metrics, "statistics": outcome.statistics, "watchdog": outcome.notes,
+            "metrics": outcome.metrics, "units": _units(loaded, outcome.metrics),
+            "statistics": outcome.statistics, "watchdog": outcome.notes,
             "warnings": loaded.warnings(), "differs_from_its_row": differing}))
         return
     console.print(metrics_table(loaded, outcome))
@@ -120,6 +121,13 @@ def run(
     if outcome.lost:
         status(f"{outcome.lost} messages were lost (realtime); the bag's metadata says which")
     print(outcome.bag)
+
+
+def _units(scenario, metrics) -> dict:
+    """The units of metrics that have one."""
+    from flight_graph.graphs import glossary
+    known = glossary.of(scenario)
+    return {name: known.entry(name).unit for name in metrics if known.entry(name).unit}
 
 
 def _campaign(folder, case, given, consent):
