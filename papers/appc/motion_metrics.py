@@ -21,13 +21,14 @@ it, nor have those that leave a funnel or do not adapt. Moments are those of a p
 """
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 LOOPS = {"a": ("attitude_xi", "attitude_error", "attitude_bound"), "u": ("rate_xi", "rate_error", "rate_bound")}
 
 
 def wheel_work(t, truth, torque) -> float:
     """See the module's table; t (n,) [s], torque (n, 3) [N m]."""
-    return float(np.trapezoid(np.abs(torque * truth["wheel_speed"]).sum(axis=1), t))
+    return float(trapezoid(np.abs(torque * truth["wheel_speed"]).sum(axis=1), t))
 
 
 def moments(truth, torque, values) -> dict:
