@@ -72,11 +72,14 @@ def _qos():
 
 
 def _topics():
-    yield from ["## Topics", ""]
+    yield from ["## Topics", "", "Numbers before the names of quantities are their places in `position`: what viewers show "
+                "as `/cubli/funnel.position[6]` is the first of `attitude_xi`. `flight list SCENARIO --topics` prints them "
+                "one by one.", ""]
     for vehicle, signals in vehicles().items():
         yield from [f"### {vehicle}", "", "| topic | type | role | bytes | what it carries |", "|---|---|---|---|---|"]
         for signal in signals.values():
-            parts = ", ".join(f"{name} [{unit}]" for name, unit in signal.columns())
+            parts = ", ".join(f"{index_text(indices)} {name} [{quantity.unit}]"
+                              for _, indices, name, quantity in signal.columns())
             text = signal.doc + (f": {parts}" if parts else "")
             yield f"| `/{signal.topic}` | {signal.type_name} | {signal.role.value} | {signal.size + 4} | {_cell(text)} |"
         yield ""
@@ -99,6 +102,11 @@ def _metrics():
         for entry in entries:
             yield f"| `{entry.name}` | {entry.unit or entry.kind} | {_cell(entry.meaning)} | {_cell(entry.missing)} |"
         yield ""
+
+
+def index_text(indices: range) -> str:
+    """Where a quantity stands in its array."""
+    return str(indices[0]) if len(indices) == 1 else f"{indices[0]}-{indices[-1]}"
 
 
 def _components():

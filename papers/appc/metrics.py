@@ -7,6 +7,7 @@ was decided (a landing, a fall).
 """
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from cubli_ros import jump_condition
 from cubli_ros.attitude import rotation_matrix
@@ -197,7 +198,7 @@ def effort(command, scenario, until_s) -> float:
     node = next(node.name for node, _, signal in scenario.graph.outputs() if signal.topic == COMMAND)
     period = scenario.graph.nodes[node].period_ns / 1e9
     if len(t) > 1 and t[1] - t[0] > 1.5 * period:
-        return float(np.trapezoid(power, t[t <= until_s]))
+        return float(trapezoid(power, t[t <= until_s]))
     return float(power.sum() * period)
 
 

@@ -11,6 +11,7 @@ it, nor have those that leave a funnel or do not adapt. Moments are those of a p
 """
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from flight_graph.graphs.metric_entry import number
 
@@ -35,7 +36,7 @@ METRICS = (
 
 def wheel_work(t, truth, torque) -> float:
     """Integral of |u_i Omega_i| dt [J]; t (n,) [s], torque (n, 3) [N m]."""
-    return float(np.trapezoid(np.abs(torque * truth["wheel_speed"]).sum(axis=1), t))
+    return float(trapezoid(np.abs(torque * truth["wheel_speed"]).sum(axis=1), t))
 
 
 def moments(truth, torque, values) -> dict:
