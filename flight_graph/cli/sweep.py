@@ -88,9 +88,9 @@ def sweep(
     from flight_graph.sampling.specifications import Besides
     where, consent = Where(workers, processes, on), asked(trust)
     if opening.is_folder(scenario):
-        opening.refuse_what_is_fixed({"--vary": vary, "--set": settings, "--params": params, "--seed": seed,
-                                      "--sampling": sampling, "--duration": duration, "--out": out,
-                                      "--chunk-size": chunk_size, "--plan": plan or None})
+        opening.refuse_what_is_fixed({
+            "--vary": vary, "--set": settings, "--params": params, "--seed": seed, "--sampling": sampling,
+            "--duration": duration, "--out": out, "--chunk-size": chunk_size, "--plan": plan or None})
         campaign, loaded = opening.existing(Path(scenario), runs, consent)
         if chunk is None and not resume and runs is None:
             raise FlightError(f"{scenario} is a campaign already: --resume goes on with it, --runs extends it, --chunk "
