@@ -1,0 +1,323 @@
+"""LLVM's intermediate code as data: the functions of a module, read from their text.
+
+Only what optimised kernels consist of is read; anything else is `NotWidened`, and the kernel runs one lane at a time.
+"""
+
+import re
+from dataclasses import dataclass, field
+
+NAME = r'[%@](?:"[^"]*"|[-a-zA-Z$._0-9]+)'
+_INSTRUCTION = re.compile(rf"^(?:({NAME}) = )?(?:tail |musttail |notail )?([a-z]+) ?(.*)$")
+_METADATA = re.compile(r", ![a-zA-Z_.]+ !?.*$")
+_COMMENT = re.compile(r"\s+; .*$")
+_FLAGS = re.compile(r"^(?:(?:nuw|nsw|exact|disjoint|nneg|samesign|inbounds|nusw|volatile|fast|nnan|ninf|nsz|arcp|contract"
+                    r"|afn|reassoc|inrange\([^)]*\)) )+")
+_WORD = re.compile(r"[a-z0-9]+|ptr")
+CASTS = {"sitofp", "uitofp", "fptosi", "fptoui", "fpext", "fptrunc", "zext", "sext", "trunc", "bitcast"}
+BINARY = {"fadd", "fsub", "fmul", "fdiv", "add", "sub", "mul", "sdiv", "udiv", "srem", "urem", "and", "or", "xor", "shl",
+          "lshr", "ashr"}
+_FORBIDDEN_FLAGS = ("fast", "nnan", "ninf", "nsz", "arcp", "contract", "afn", "reassoc")
+
+
+class NotWidened(Exception):
+    """Why code cannot be made to work on several lanes at once."""
+
+
+@dataclass
+class Instruction:
+    """One operation. operands: (type, value) each; detail: predicate, element type, callee or constant indices."""
+
+    op: str
+    name: str | None
+    type: str
+    operands: list[tuple[str, str]] = field(default_factory=list)
+    detail: object = None
+    labels: list[str] = field(default_factory=list)  # of phi: where each operand comes from; of branches: targets
+    block: str = ""
+
+
+@dataclass
+class Function:
+    """A function. arguments: (type, name) each; blocks: label -> instructions, the entry first."""
+
+    name: str
+    result: str
+    arguments: list[tuple[str, str]]
+    blocks: dict[str, list[Instruction]] = field(default_factory=dict)
+
+
+def split(text: str) -> list[str]:
+    """The parts between the commas that stand in no bracket."""
+    parts, depth, start, quoted = [], 0, 0, False
+    for at, sign in enumerate(text):
+        if sign == '"':
+            quoted = not quoted
+        elif quoted:
+            continue
+        elif sign in "([{<":
+            depth += 1
+        elif sign in ")]}>":
+            depth -= 1
+        elif sign == "," and depth == 0:
+            parts.append(text[start:at].strip())
+            start = at + 1
+    rest = text[start:].strip()
+    return [*parts, rest] if rest else parts
+
+
+def take_type(text: str) -> tuple[str, str]:
+    """A type at the begin of a text, and what follows it."""
+    if text[0] in "[{<":
+        end = _closing(text, 0) + 1
+    else:
+        end = _WORD.match(text).end()
+    return text[:end], text[end:].strip()
+
+
+def _closing(text, start):
+    depth = 0
+    for at in range(start, len(text)):
+        depth += {"[": 1, "{": 1, "<": 1, "(": 1, "]": -1, "}": -1, ">": -1, ")": -1}.get(text[at], 0)
+        if depth == 0:
+            return at
+    raise NotWidened(f"a bracket without an end: {text}")
+
+
+def operand(text: str) -> tuple[str, str]:
+    """(type, value) of ``type attributes value``."""
+    kind, rest = take_type(text)
+    if rest and rest[-1] in ")]}>" and not rest.startswith(("[", "{", "<")):  # a constant expression
+        found = re.search(r"(?:getelementptr|splat|ptrtoint|inttoptr)\b.*$", rest)
+        if not found:
+            raise NotWidened(f"an operand of an unknown form: {text}")
+        return kind, found[0]
+    if rest.startswith(("[", "{", "<")):
+        return kind, rest
+    found = re.search(rf"({NAME}|\S+)$", rest)
+    return kind, found[1]
+
+
+def functions(text: str) -> dict[str, Function]:
+    """name -> function of those that have a body."""
+    found, current, block, lines = {}, None, None, iter(text.splitlines())
+    for line in lines:
+        if current is None:
+            if line.startswith("define "):
+                current = _head(line)
+                block = None
+            continue
+        if line == "}":
+            found[current.name] = current
+            current = None
+            continue
+        line = _COMMENT.sub("", line).rstrip()
+        if not line.strip():
+            continue
+        if not line.startswith(" "):
+            block = label(line.rsplit(":", 1)[0])
+            current.blocks[block] = []
+            continue
+        if block is None:
+            block = "entry"
+            current.blocks[block] = []
+        line = line.strip()
+        if line.startswith("switch") and line.endswith("["):
+            line += " ".join(part.strip() for part in _until(lines, "]"))
+        made = _instruction(line)
+        if made is not None:
+            made.block = block
+            current.blocks[block].append(made)
+    return found
+
+
+def _until(lines, end):
+    for line in lines:
+        yield line
+        if line.strip().startswith(end):
+            return
+
+
+def label(text: str) -> str:
+    """A label without its sign and quotes."""
+    return text.removeprefix("%").strip('"')
+
+
+def _head(line):
+    found = re.search(rf"({NAME})\(", line)
+    before = line[:found.start()].split()
+    end = _closing(line, found.end() - 1)
+    arguments = [operand(part) for part in split(line[found.end():end])]
+    result = re.search(r"(void|ptr|double|float|i\d+|\{.*\}|\[.*\])$", " ".join(before))
+    return Function(found[1], result[1], arguments)
+
+
+def _instruction(line):
+    """An operation; None for one that does nothing."""
+    line = _METADATA.sub("", line)
+    found = _INSTRUCTION.match(line)
+    if not found:
+        raise NotWidened(f"an operation of an unknown form: {line}")
+    name, op, rest = found.groups()
+    flags = _FLAGS.match(rest)
+    if flags:
+        if any(flag in flags[0].split() for flag in _FORBIDDEN_FLAGS):
+            raise NotWidened(f"arithmetic that may be rearranged: {line}")
+        rest = rest[flags.end():]
+    reader = _READERS.get(op)
+    if reader is None:
+        raise NotWidened(f"the operation '{op}'")
+    return reader(op, name, rest)
+
+
+def _two(op, name, rest):
+    first, second = split(rest)
+    kind, value = operand(first)
+    return Instruction(op, name, kind, [(kind, value), (kind, second)])
+
+
+def _compare(op, name, rest):
+    predicate, _, rest = rest.partition(" ")
+    if predicate == "samesign":
+        predicate, _, rest = rest.partition(" ")
+    made = _two(op, name, rest)
+    made.detail, made.type = predicate, "i1"
+    return made
+
+
+def _cast(op, name, rest):
+    given, _, kind = rest.rpartition(" to ")
+    return Instruction(op, name, kind, [operand(given)])
+
+
+def _all(op, name, rest):
+    operands = [operand(part) for part in split(rest)]
+    return Instruction(op, name, operands[-1][0], operands)
+
+
+def _phi(op, name, rest):
+    kind, rest = take_type(rest)
+    made = Instruction(op, name, kind)
+    for pair in split(rest):
+        value, place = split(pair.strip("[] "))
+        made.operands.append((kind, value))
+        made.labels.append(label(place))
+    return made
+
+
+def _branch(op, name, rest):
+    parts = [operand(part) for part in split(rest)]
+    return Instruction(op, None, "void", parts[:-2] if len(parts) == 3 else [],
+                       labels=[label(value) for kind, value in parts if kind == "label"])
+
+
+def _switch(op, name, rest):
+    head, _, cases = rest.partition("[")
+    given, default = (operand(part) for part in split(head))
+    made = Instruction(op, None, "void", [given], [], [label(default[1])])
+    for kind, value, place in re.findall(rf"(i\d+) (-?\d+), label ({NAME})", cases):
+        made.detail.append(value)
+        made.labels.append(label(place))
+    return made
+
+
+def _load(op, name, rest):
+    kind, rest = take_type(rest)
+    return Instruction(op, name, kind, [operand(split(rest.lstrip(", "))[0])])
+
+
+def _store(op, name, rest):
+    value, pointer = split(rest)[:2]
+    return Instruction(op, None, "void", [operand(value), operand(pointer)])
+
+
+def _pointer(op, name, rest):
+    kind, rest = take_type(rest)
+    return Instruction(op, name, "ptr", [operand(part) for part in split(rest.lstrip(", "))], kind)
+
+
+def _call(op, name, rest):
+    found = re.search(rf"({NAME})\(", rest)
+    if not found:
+        raise NotWidened("a call of an address")
+    before = re.sub(r"\([^)]*\)", "", rest[:found.start()]).split()
+    kind = next((word for word in reversed(before) if word in ("void", "ptr", "double", "float") or re.match(r"i\d+$", word)),
+                None)
+    if kind is None:
+        kind = re.search(r"[\[{].*$", rest[:found.start()].strip())[0]
+    end = _closing(rest, found.end() - 1)
+    return Instruction(op, name, kind, [operand(part) for part in split(rest[found.end():end])], found[1].strip("@"))
+
+
+def _alloca(op, name, rest):
+    parts = split(rest)
+    count = next((part for part in parts[1:] if not part.startswith("align")), None)
+    if count is not None:
+        raise NotWidened("a work array whose length is not a constant")
+    return Instruction(op, name, "ptr", [], parts[0])
+
+
+def _return(op, name, rest):
+    return Instruction(op, None, "void", [] if rest == "void" else [operand(rest)])
+
+
+def _value_of(op, name, rest):
+    """extractvalue and insertvalue: the indices are constants."""
+    parts = split(rest)
+    wide = 2 if op == "insertvalue" else 1
+    operands = [operand(part) for part in parts[:wide]]
+    indices = [int(part) for part in parts[wide:]]
+    whole = operands[0][0]
+    return Instruction(op, name, whole if op == "insertvalue" else item_at(whole, indices), operands, indices)
+
+
+def _negate(op, name, rest):
+    made = _all(op, name, rest)
+    made.type = made.operands[0][0]
+    return made
+
+
+def _nothing(op, name, rest):
+    return Instruction(op, None, "void")
+
+
+_READERS = {**dict.fromkeys(BINARY, _two), **dict.fromkeys(CASTS, _cast), "icmp": _compare, "fcmp": _compare,
+            "select": _all, "phi": _phi, "br": _branch, "switch": _switch, "load": _load, "store": _store,
+            "getelementptr": _pointer, "call": _call, "alloca": _alloca, "ret": _return, "fneg": _negate,
+            "freeze": _negate, "extractvalue": _value_of, "insertvalue": _value_of, "unreachable": _nothing}
+
+
+# -- types ---------------------------------------------------------------------------------------------------------
+_SIZES = {"double": 8, "float": 4, "ptr": 8, "i1": 1}
+
+
+def size_of(kind: str) -> int:
+    """Bytes of a type."""
+    if kind in _SIZES:
+        return _SIZES[kind]
+    if re.match(r"i\d+$", kind):
+        return int(kind[1:]) // 8
+    if kind.startswith("["):
+        count, _, item = kind[1:-1].partition(" x ")
+        return int(count) * size_of(item)
+    if kind.startswith("{"):
+        end = 0
+        for item in split(kind[1:-1]):
+            end = -(-end // alignment(item)) * alignment(item) + size_of(item)
+        return -(-end // alignment(kind)) * alignment(kind)
+    raise NotWidened(f"the type {kind}")
+
+
+def alignment(kind: str) -> int:
+    """Alignment of a type in bytes."""
+    if kind.startswith("["):
+        return alignment(kind[1:-1].partition(" x ")[2])
+    if kind.startswith("{"):
+        return max(map(alignment, split(kind[1:-1])), default=1)
+    return size_of(kind)
+
+
+def item_at(kind: str, indices: list[int]) -> str:
+    """The type of an item inside of an array or a structure."""
+    for index in indices:
+        kind = kind[1:-1].partition(" x ")[2] if kind.startswith("[") else split(kind[1:-1])[index]
+    return kind
