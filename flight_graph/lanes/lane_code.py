@@ -2,22 +2,51 @@
 
 import llvmlite.binding as llvm
 
-from flight_graph.engines import object_code
-from flight_graph.engines.machine import target_machine
-from flight_graph.lanes.ir_text import functions
+from flight_graph.engines import object_code, part_calls
+from flight_graph.errors import FlightError
+from flight_graph.lanes import weave
+from flight_graph.lanes.ir_text import NotWidened, functions
+from flight_graph.lanes.operations import LANES
 from flight_graph.lanes.widen import Module
+
+
+def part_code(component, part: str, symbol: str, differs: list) -> tuple[bytes, dict]:
+    """Object code of the wide form of a part, and what is known about it: its errors, why there is none (refused).
+
+    differs: (begin, end) [bytes] of the parameters that differ between lanes.
+    """
+    records = part_calls.records(component, part)
+    fault = component.state.dtype.fields["fault"][1]
+    names = ["parameters", "state", *(f"record {i}" for i in range(len(records) - 2))]
+    widths = {name: weave.widths(dtype) for name, (dtype, _) in zip(names, records)}
+    refused = []
+
+    def optimised(module, machine):
+        try:
+            return widened(module, machine, symbol, records[0][0].itemsize, differs, widths)
+        except NotWidened as reason:
+            refused.append(str(reason))
+            return object_code.optimise(module, machine)
+
+    code, errors = object_code.part_code(getattr(component, part), part_calls.compiled_arguments(component, part),
+                                         len(records) - 2, symbol, fault, optimised)
+    return (b"", {"errors": {}, "refused": refused[0]}) if refused else (code, {"errors": errors, "refused": ""})
 
 
 def widened(module, machine, symbol: str, parameters: int, differs, widths):
     """The module of the wide form of a part, optimised. module: of its usual form, linked, not optimised."""
-    _optimise(module, machine, True)
-    _tidy(module, machine)
-    text = str(module)
+    copy = llvm.parse_assembly(str(module))
+    _optimise(copy, machine, True)
+    _tidy(copy, machine)
+    text = str(copy)
     made = Module(functions(text), parameters, differs, widths)
     made.entry(symbol, symbol)
     head = [line for line in text.splitlines() if line.startswith(("target ", "@"))]
-    result = llvm.parse_assembly("\n".join([*head, made.text()]))
-    result.verify()
+    try:
+        result = llvm.parse_assembly("\n".join([*head, made.text()]))
+        result.verify()
+    except RuntimeError as error:
+        raise FlightError(f"the wide form of {symbol} is not what LLVM takes: {error}") from None
     _optimise(result, machine, False)
     return result
 
@@ -37,3 +66,6 @@ def _tidy(module, machine):
     passes.add_lcssa_pass()
     passes.add_instruction_namer_pass()
     passes.run(module, llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=3)))
+
+
+__all__ = ["LANES", "part_code", "widened"]
