@@ -9,7 +9,17 @@ from flight_graph.lanes.operations import LANES
 
 @cache
 def leaves(dtype: np.dtype) -> tuple[tuple[int, int, int], ...]:
-    """(offset, count, bytes of one) of the numbers of a record."""
+    """(offset, count, bytes of one) of the numbers of a record, neighbours of one width together."""
+    found = []
+    for offset, count, size in sorted(_leaves(dtype)):
+        if found and found[-1][2] == size and found[-1][0] + found[-1][1] * size == offset:
+            found[-1] = (found[-1][0], found[-1][1] + count, size)
+        else:
+            found.append((offset, count, size))
+    return tuple(found)
+
+
+def _leaves(dtype):
     if dtype.names is None:
         base = dtype.base
         if base.names is None:
@@ -18,9 +28,9 @@ def leaves(dtype: np.dtype) -> tuple[tuple[int, int, int], ...]:
                 return ((0, dtype.itemsize, 1),)
             return ((0, count, base.itemsize),)
         return tuple((i * base.itemsize + offset, count, size) for i in range(dtype.itemsize // base.itemsize)
-                     for offset, count, size in leaves(base))
+                     for offset, count, size in _leaves(base))
     return tuple((start + offset, count, size) for name in dtype.names for field, start in [dtype.fields[name][:2]]
-                 for offset, count, size in leaves(field))
+                 for offset, count, size in _leaves(field))
 
 
 @cache
@@ -34,21 +44,3 @@ def block(size: int) -> np.ndarray:
     room = np.zeros(size + 64, np.uint8)
     skip = -room.ctypes.data % 64
     return room[skip:skip + size]
-
-
-def weave(records: np.ndarray, woven: np.ndarray) -> None:
-    """Weave records (LANES,) into memory of LANES times their size."""
-    size = records.dtype.itemsize
-    plain = np.ascontiguousarray(records).view(np.uint8).reshape(LANES, size)
-    for offset, count, width in leaves(records.dtype):
-        part = plain[:, offset:offset + count * width].reshape(LANES, count, width)
-        woven[LANES * offset:LANES * (offset + count * width)].reshape(count, LANES, width)[:] = part.transpose(1, 0, 2)
-
-
-def unweave(woven: np.ndarray, records: np.ndarray) -> None:
-    """The records (LANES,) of woven memory; what lies between their numbers stays."""
-    size = records.dtype.itemsize
-    plain = records.view(np.uint8).reshape(LANES, size)
-    for offset, count, width in leaves(records.dtype):
-        part = woven[LANES * offset:LANES * (offset + count * width)].reshape(count, LANES, width)
-        plain[:, offset:offset + count * width].reshape(LANES, count, width)[:] = part.transpose(1, 0, 2)
