@@ -129,10 +129,14 @@ setup(
         "mcap>=1.6",
         "rosbags>=0.10,<0.12",
         "pyarrow>=15",
+        "plotly>=6",
+        "prompt_toolkit>=3",
     ],
     extras_require={
         # ROS 2 Jazzy as wheels (x86_64 Linux). Leave it out where a ROS 2 Jazzy is sourced.
         "ros": ["ros-jazzy-rclpy[fastrtps]==7.1.6", "ros-jazzy-common-interfaces==5.3.6"],
+        # Campaigns on many machines (docs/campaigns.md).
+        "dask": ["dask>=2024.8", "distributed>=2024.8"],
         "test": [
             "pytest>=8",
             "pytest-xdist>=3.5",
@@ -143,6 +147,8 @@ setup(
             "mpmath>=1.3",
             "pin>=3; sys_platform != 'win32'",  # no wheels for Windows: what it judges is skipped there
             "psutil>=5.9",
+            "dask>=2024.8",  # the extra [dask], tested with a real cluster
+            "distributed>=2024.8",
         ],
     },
     zip_safe=False,

@@ -62,12 +62,13 @@ def list_(
 
 
 def run(
-    scenario: Annotated[str, typer.Argument(help="A scenario's name, or the path of a YAML file.")],
+    scenario: Annotated[str, typer.Argument(
+        help="A scenario's name, or the path of a YAML file; or the folder of a campaign, with --case.")],
     engine: Annotated[str, typer.Option(help="compiled, python (the same kernels, uncompiled) or ros.")] = "compiled",
     pace: Annotated[str, typer.Option(help="ros only: lockstep, realtime or realtime:FACTOR.")] = "lockstep",
     settings: Settings = None,
     params: Params = None,
-    case: Annotated[int | None, typer.Option(help="Run this case of the scenario's sweep.")] = None,
+    case: Annotated[int | None, typer.Option(help="Run this case of the scenario's 'vary' block.")] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of all noise.")] = None,
     duration: Annotated[float | None, typer.Option(help="Simulated seconds.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the bag (a new one).")] = None,
@@ -80,13 +81,19 @@ def run(
     from flight_graph import runs
     from flight_graph.engines.choice import check_engine
     from flight_graph.graphs import scenario as scenarios
-    consent = asked(trust)
-    loaded = scenarios.load(scenario, overrides(scenario, settings, params, seed, duration, consent), case, consent)
+    consent, campaign = asked(trust), None
+    if os.path.isdir(scenario):
+        campaign, swept = _campaign(scenario, case, {"--set": settings, "--params": params, "--seed": seed,
+                                                     "--duration": duration}, consent)
+        loaded = scenarios.vary_case(swept, case)
+    else:
+        given = overrides(scenario, settings, params, seed, duration, consent)
+        loaded = scenarios.load(scenario, given, case, consent)
+        swept = None if case is None else scenarios.load(scenario, given, None, consent)
     check_engine(loaded, engine)
     folder = runs.new_folder(out, loaded, engine)
     if case is not None:
-        given = overrides(scenario, settings, params, seed, duration, consent)
-        status(_case(scenarios.load(scenario, given, None, consent), case))
+        status(_case(swept, case))
     for warning in loaded.warnings():
         status(f"warning: {warning}")
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # both end the nodes and close the bag
@@ -97,13 +104,16 @@ def run(
         except (KeyboardInterrupt, FlightError) as error:
             reason = str(error) or "interrupted"
             raise FlightError(f"{reason}; {_what_is_left(folder)}") from None
+    differing = None if campaign is None else campaign.differences(case, outcome.metrics)
+    for sentence in differing or []:
+        status(f"warning: {sentence}")
     if as_json:
         print(json.dumps({
             "scenario": loaded.name, "bag": str(outcome.bag), "engine": outcome.engine, "pace": outcome.pace,
             "seed": loaded.seed, "wall_s": outcome.wall_s, "compile_s": outcome.compile_s, "lost": outcome.lost,
             "ros_domain_id": outcome.domain,
             "metrics": outcome.metrics, "statistics": outcome.statistics, "watchdog": outcome.notes,
-            "warnings": loaded.warnings()}))
+            "warnings": loaded.warnings(), "differs_from_its_row": differing}))
         return
     console.print(metrics_table(loaded, outcome))
     for note in outcome.notes:
@@ -111,6 +121,15 @@ def run(
     if outcome.lost:
         status(f"{outcome.lost} messages were lost (realtime); the bag's metadata says which")
     print(outcome.bag)
+
+
+def _campaign(folder, case, given, consent):
+    """The campaign in a folder and its scenario, for a run of one of its cases."""
+    from flight_graph.campaigns import opening
+    if case is None:
+        raise FlightError(f"{folder} is the folder of a campaign: --case says which of its runs is meant")
+    opening.refuse_what_is_fixed(given)
+    return opening.existing(Path(folder), None, consent)
 
 
 def _case(scenario, number) -> str:

@@ -30,17 +30,22 @@ def resolved(component, values: dict, where: str, folder: Path | None) -> dict:
     where: what error texts call them; folder: where a relative file name starts.
     """
     found = call(component, "resolve", values, where, folder)
-    path, line = declaration(component, "resolve")
-    place = f"{shown(path)}:{line}: {component.__name__}.resolve: "
     if not isinstance(found, dict):
-        raise ComponentMistake(f"{place}it returns {found!r}; it returns the values to run with: {{**values, ...}}")
+        raise _mistake(component, f"it returns {found!r}; it returns the values to run with: {{**values, ...}}")
     for name in found:
         if name not in component.parameters.entries:
-            raise ComponentMistake(f"{place}it returns a parameter '{name}' that there is not; "
-                              f"{nearest(str(name), component.parameters.entries)}")
+            raise _mistake(component, f"it returns a parameter '{name}' that there is not; "
+                                      f"{nearest(str(name), component.parameters.entries)}")
     missing = [name for name in component.parameters.entries if name not in found]
     if missing:
-        raise ComponentMistake(f"{place}it leaves out {', '.join(missing)}; it returns all values: {{**values, ...}}")
-    found = component.parameters.validate(found, where)  # NumPy's numbers and arrays as plain ones, and within their ranges
+        raise _mistake(component, f"it leaves out {', '.join(missing)}; it returns all values: {{**values, ...}}")
+    new = {name: value for name, value in found.items() if value is not values.get(name) or isinstance(value, list)}
+    checked = component.parameters.validate(new, where)  # NumPy's numbers and arrays as plain ones, within their ranges
+    found = {name: checked.get(name, value) for name, value in found.items()}
     call(component, "check", found, where.removesuffix(".parameters"))
     return found
+
+
+def _mistake(component, what) -> ComponentMistake:
+    path, line = declaration(component, "resolve")
+    return ComponentMistake(f"{shown(path)}:{line}: {component.__name__}.resolve: {what}")

@@ -63,12 +63,22 @@ class Recording:
 
 
 class CompiledRun:
-    """One run of a scenario. `compile` makes the machine code ready, `run` fills the recording."""
+    """One run of a scenario. `compile` makes the machine code ready, `run` fills the recording.
 
-    def __init__(self, scenario: Scenario, check_bounds: bool = False):
+    plan: (node, port) -> every how manieth message is logged; as the scenario says when left out. like: a compiled run of
+    the same components.
+    """
+
+    def __init__(self, scenario: Scenario, check_bounds: bool = False, plan: dict | None = None,
+                 like: "CompiledRun | None" = None):
         self.scenario, self.graph, self.check_bounds = scenario, scenario.graph, check_bounds
-        self.schedule = Schedule.of(self.graph, scenario.recorded(), scenario.faults)
-        self._codes = None
+        self.schedule = Schedule.of(self.graph, scenario.recorded() if plan is None else plan, scenario.faults)
+        self._codes = None if like is None else like._codes
+
+    @property
+    def ticks(self) -> int:
+        """Ticks of the whole run."""
+        return -(-self.scenario.duration_ns // self.graph.base_ns)
 
     @property
     def components(self) -> dict:
@@ -92,11 +102,16 @@ class CompiledRun:
 
     def start(self, ticks: int, logs: dict | None = None) -> "Flight":
         """Fresh memory for a run of so many ticks, with every component started."""
-        self._refuse_too_long(ticks)
+        self.refuse_too_long_a_run(ticks)
         self.compile()
-        return Flight(self, self.schedule.memory(ticks, logs), self._codes)
+        return self.flight(self.schedule.memory(ticks, logs))
 
-    def _refuse_too_long(self, ticks: int):
+    def flight(self, arrays: dict) -> "Flight":
+        """A flight in this memory, with every component started."""
+        return Flight(self, arrays, self._codes)
+
+    def refuse_too_long_a_run(self, ticks: int) -> None:
+        """Refuse a run whose log does not fit into memory. Raises FlightError."""
         refuse_too_long(self.schedule.log_bytes(ticks), f"{self.scenario.origin}: a run of {ticks} ticks of "
                         f"{self.graph.base_ns / SECOND:g} s")
 
@@ -107,9 +122,9 @@ class CompiledRun:
         and gives those of an earlier run back to this one: a recording made with the same dictionary before is
         overwritten. compiling: as the progress of `compile`.
         """
-        ticks = -(-self.scenario.duration_ns // self.graph.base_ns)
+        ticks = self.ticks
         if logs is None or not logs:
-            self._refuse_too_long(ticks)
+            self.refuse_too_long_a_run(ticks)
         compile_s = self.compile(compiling)
         began = time.perf_counter()
         flight = self.start(ticks, logs)
@@ -147,6 +162,15 @@ class Flight:
                 self.tables = driver.Tables(self.schedule, arrays, codes, run.scenario.epoch_ns)
                 self.control = self.tables.control(run.scenario.epoch_ns, self._graph.base_ns)
             self._start()
+
+    def begin_again(self, contents: dict[str, np.ndarray]) -> None:
+        """Start anew in the same memory, with these contents of the arrays: all of them, but for logs."""
+        for name, content in contents.items():
+            self.arrays[name].view(np.uint8)[...] = content.view(np.uint8)
+        self._tables.rewind()
+        self._control["tick"] = self._control["stop"] = self._control["who"] = self._tick = 0
+        self.stop = None
+        self._start()
 
     @property
     def tick(self) -> int:
@@ -236,6 +260,12 @@ class Flight:
         errors = self._codes[name][part].errors if self._codes else None
         sentence = stop_sentence(name, part, component, code, records, self._seconds(), errors)
         self.stop = RunStopped(sentence, REASONS[code], self._tick * self._graph.base_ns)
+
+    def logged(self) -> dict[str, np.ndarray]:
+        """topic -> its records so far."""
+        counts = self._tables.logged()
+        return {made.signal.topic: self.arrays[made.log][:counts[made.log]] for firing in self._schedule.firings
+                for made in firing.publications if made.log is not None}
 
     def tracks(self) -> list[Track]:
         """What was logged so far."""

@@ -26,7 +26,7 @@ from flight_math.kernel import library
 
 _WORD = "<i8"
 
-CONTROL = table("tick end epoch_ns base_ns stop who holds holds_end firings firings_end")
+CONTROL = table("tick end epoch_ns base_ns stop who holds holds_end firings firings_end fire")  # fire: its address
 HOLD = table("next period target origin size")
 FIRING = table("next period part parameters state records fault outputs outputs_end own start")
 OUTPUT = table("next period stamp record size runs runs_end visible log log_next log_period channel times")
@@ -45,6 +45,17 @@ def call(typing, part, t_ns, parameters, state, records):
         return context.get_dummy_value()
 
     return types.void(*[types.int64] * 5), codegen
+
+
+@intrinsic
+def call_fire(typing, fire_at, firing_at, tick, t_ns, stamp):
+    """Call `fire` at its address: its machine code, with all that faults do, exists once."""
+    def codegen(context, builder, signature, args):
+        word = ir.IntType(64)
+        function = ir.FunctionType(word, [word] * 4)
+        return builder.call(builder.inttoptr(args[0], function.as_pointer()), args[1:])
+
+    return types.int64(*[types.int64] * 5), codegen
 
 
 @compiled
@@ -163,7 +174,7 @@ def run(control_at):
             firing = row(at, FIRING)
             if tick == firing.next:
                 firing.next += firing.period
-                code = fire(at, tick, t_ns, stamp)
+                code = call_fire(control.fire, at, tick, t_ns, stamp)
                 if code != 0:
                     control.stop = code
                     control.who = (at - control.firings) // _FIRING_SIZE
@@ -208,11 +219,16 @@ def forget_spoiled() -> None:
 
 
 @cache
+def code(name: str):
+    """The machine code of a function of the driver."""
+    return parts.load_code(f"{key()}_{name}")
+
+
+@cache
 def function(name: str):
     """A function of the driver, to be called with integers; it releases the GIL."""
-    code = parts.load_code(f"{key()}_{name}")
-    signature = _SIGNATURES[name]
-    return ctypes.CFUNCTYPE(ctypes.c_int64, *[ctypes.c_int64] * len(signature.args))(code.address)
+    arguments = [ctypes.c_int64] * len(_SIGNATURES[name].args)
+    return ctypes.CFUNCTYPE(ctypes.c_int64, *arguments)(code(name).address)
 
 
 # -- a schedule bound to the arrays of a run ---------------------------------------------------------------------------
@@ -244,6 +260,7 @@ class Tables:
                          self.faults.own(firing), start.address if start else 0))
             record, output = record + 8 * len(firing.records), after
         self.firings = np.array(rows, FIRING)
+        self._begin = [(table, table.copy()) for table in (self.holds, self.outputs, self.firings)]
 
     def _output(self, made, runs, runs_end):
         def place(name):
@@ -257,11 +274,16 @@ class Tables:
     def control(self, epoch_ns: int, base_ns: int) -> np.ndarray:
         """The record that the driver works on, at tick 0."""
         control = np.zeros(1, CONTROL)
-        control["epoch_ns"], control["base_ns"] = epoch_ns, base_ns
+        control["epoch_ns"], control["base_ns"], control["fire"] = epoch_ns, base_ns, code("fire").address
         for name in ("holds", "firings"):
             table = getattr(self, name)
             control[name], control[f"{name}_end"] = address(table), address(table) + table.nbytes
         return control
+
+    def rewind(self) -> None:
+        """As before the first tick; faults remember what they remember."""
+        for table, begin in self._begin:
+            table[...] = begin
 
     def start(self, node: str, parameters: np.ndarray, state: np.ndarray) -> None:
         """Run the start of a node."""

@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 
 from flight_graph import runs
+from flight_graph.campaigns.cases import Cases
+from flight_graph.campaigns.fault_table import fault_rows
 from flight_graph.cli import fault_pages
 from flight_graph.faults.fault_types import TYPES
 from flight_graph.graphs import metrics
 from flight_graph.graphs.scenario import load
-from flight_graph.sweeps.fault_table import fault_rows
-from flight_graph.sweeps.sweep import Sweep
 
 pytestmark = pytest.mark.xdist_group("faults")
 PATH = Path(__file__).parents[2] / "docs/faults.md"
@@ -48,8 +48,8 @@ def test_the_run_of_the_example(example):
 
 
 def test_the_sweep_of_the_example(example):
-    sweep = Sweep(example, {})
-    found = fault_rows([sweep.run(number) for number in sweep.cases()])
+    cases = Cases(example)
+    found = fault_rows(cases.rows(range(cases.vary.count)))
     said = rows(PAGE.partition("<!-- sweep -->")[2])
     assert list(said) == [row.name for row in found]
     for row in found:
