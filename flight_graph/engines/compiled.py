@@ -144,23 +144,21 @@ class CompiledRun:
 
 
 class Flight:
-    """A run under way: its whole memory is ``arrays``. ``stop`` is the RunStopped that ended it, if one did.
+    """A run under way: its whole memory is ``arrays``. ``stop`` is the RunStopped that ended it, if one did."""
 
-    tables, control: what the driver walks and counts in; control is None in plain Python.
-    """
+    _control = None  # in plain Python
 
     def __init__(self, run: CompiledRun, arrays: dict, codes: dict | None):
-        self.arrays, self.stop, self.control = arrays, None, None
-        self.schedule, self.check_bounds = run.schedule, run.check_bounds
-        self._run, self._graph, self._codes = run, run.graph, codes
+        self.arrays, self.stop = arrays, None
+        self._run, self._graph, self._schedule, self._codes = run, run.graph, run.schedule, codes
         self._tick = 0
         with np.errstate(all="ignore"):
             if codes is None:
                 components = {name: node.component for name, node in self._graph.nodes.items()}
-                self.tables = PlainTables(self.schedule, arrays, components, run.scenario.epoch_ns)
+                self._tables = PlainTables(self._schedule, arrays, components, run.scenario.epoch_ns)
             else:
-                self.tables = driver.Tables(self.schedule, arrays, codes, run.scenario.epoch_ns)
-                self.control = self.tables.control(run.scenario.epoch_ns, self._graph.base_ns)
+                self._tables = driver.Tables(self._schedule, arrays, codes, run.scenario.epoch_ns)
+                self._control = self._tables.control(run.scenario.epoch_ns, self._graph.base_ns)
             self._start()
 
     def begin_again(self, contents: dict[str, np.ndarray]) -> None:
@@ -177,11 +175,31 @@ class Flight:
         """The next tick."""
         return self._tick
 
+    @property
+    def schedule(self) -> Schedule:
+        """The order of a tick."""
+        return self._schedule
+
+    @property
+    def bounds_checked(self) -> bool:
+        """Whether its machine code checks the bounds of arrays."""
+        return self._run.check_bounds
+
+    @property
+    def tables(self):
+        """What the driver walks and counts in."""
+        return self._tables
+
+    @property
+    def control(self) -> np.ndarray | None:
+        """The record that the driver works on; None in plain Python."""
+        return self._control
+
     def _start(self):
-        for node, parameters, state in self.schedule.starts:
+        for node, parameters, state in self._schedule.starts:
             if not self.stop:
                 parameters, state = self.arrays[parameters], self.arrays[state]
-                self._guarded(node, "start", self.tables.start, node, parameters, state)
+                self._guarded(node, "start", self._tables.start, node, parameters, state)
                 if not self.stop and state["fault"][0]:
                     self._stopped(node, "start", FAULT)
 
@@ -190,15 +208,15 @@ class Flight:
         if self._codes is None:
             self._advance_plainly(tick)
             return
-        self.control["end"] = tick
+        self._control["end"] = tick
         if self._drive():
-            firing = self.schedule.firings[int(self.control["who"][0])]
-            self.stopped_at(int(self.control["tick"][0]), firing.node, firing.part, int(self.control["stop"][0]))
-        self._tick = int(self.control["tick"][0])
+            firing = self._schedule.firings[int(self._control["who"][0])]
+            self.stopped_at(int(self._control["tick"][0]), firing.node, firing.part, int(self._control["stop"][0]))
+        self._tick = int(self._control["tick"][0])
 
     def went_to(self, tick: int) -> None:
-        """Another driver has brought memory and tables of this flight to a tick (`flight_graph.lanes`)."""
-        self.control["tick"] = self._tick = tick
+        """Another driver (`flight_graph.lanes`) has brought memory and tables to a tick."""
+        self._control["tick"] = self._tick = tick
 
     def stopped_at(self, tick: int, node: str, part: str, code: int) -> None:
         """A part stopped the run at a tick. code: one of `stops`."""
@@ -207,7 +225,7 @@ class Flight:
 
     def _drive(self) -> int:
         """Run the driver to its end; in a thread, where this one is to hear signals: inside of machine code it cannot."""
-        run, control = driver.function("run"), address(self.control)
+        run, control = driver.function("run"), address(self._control)
         if threading.current_thread() is not threading.main_thread():
             return run(control)
         said, ended = [], threading.Event()  # an interrupted join of CPython 3.11 takes its thread for ended
@@ -215,7 +233,7 @@ class Flight:
         try:
             ended.wait()
         except KeyboardInterrupt:
-            self.control["end"] = 0  # the driver leaves between two ticks
+            self._control["end"] = 0  # the driver leaves between two ticks
             if not ended.wait(LAST_TICK_S):
                 raise FlightError("interrupted, and a kernel does not come to its end: flight check finds which") from None
             raise
@@ -227,9 +245,9 @@ class Flight:
                 self._plain_tick(self._tick * self._graph.base_ns)
 
     def _plain_tick(self, t_ns):
-        self.tables.hold(self._tick)
+        self._tables.hold(self._tick)
         stamp = stamp_parts(self._run.scenario.epoch_ns + t_ns)
-        for firing, bound in zip(self.schedule.firings, self.tables.firings):
+        for firing, bound in zip(self._schedule.firings, self._tables.firings):
             if self._tick % firing.period == 0:
                 code = self._guarded(firing.node, firing.part, bound.fire, self._tick, t_ns, stamp)
                 if code:
@@ -269,12 +287,12 @@ class Flight:
 
     def tracks(self) -> list[Track]:
         """What was logged so far."""
-        tracks, counts = [], self.tables.logged()
-        for firing in self.schedule.firings:
+        tracks, counts = [], self._tables.logged()
+        for firing in self._schedule.firings:
             for made in firing.publications:
                 if made.log is not None:
                     records = self.arrays[made.log][:counts[made.log]]
-                    period = self.schedule.log_period_ns(firing.node, made.port)
+                    period = self._schedule.log_period_ns(firing.node, made.port)
                     stamps = np.arange(len(records)) * period if made.times is None else (
                         self.arrays[made.times][:len(records)] * self._graph.base_ns)
                     tracks.append(Track(made.signal.topic, made.signal, firing.node, made.port, stamps, records))

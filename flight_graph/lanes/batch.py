@@ -1,24 +1,30 @@
-"""Many flights of one scenario, eight of them side by side: the same bits as one after the other, in less time.
+"""Flights of one scenario, eight of them side by side: the same bits as one after the other, in less time.
 
-    run = CompiledRun(scenario)
-    flights = [run_of_a_case.start(ticks) for ...]
-    report = advance_together(flights, ticks)
-    tracks = [flight.tracks() for flight in flights]
+    together = SideBySide(runs=10000)
+    together.advance(flights, ticks)        what flight.advance(ticks) does to each
+    together.report.sentence()              what worked side by side, and what did not
 """
 
+import threading
+import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from flight_graph.engines.compiled import Flight
 from flight_graph.lanes import wide_parts
 from flight_graph.lanes.group import Group
 from flight_graph.lanes.operations import LANES
 
-FEWEST = 24  # flights for which machine code is made
-CHUNK = 20_000  # [ticks] until an interruption is heard
+FEWEST = 4  # flights that are faster side by side than one after the other
+CHUNK = 20_000  # [ticks] between calls of watch
+SAVED = 0.6  # part of a run's time
+PRICE = 5.0  # [s] of CPU to compile a part
+_LOADING = threading.Lock()
 
 
 @dataclass
 class Report:
-    """How flights were advanced. side_by_side, singly: how many; reasons: why a component, or a flight, works singly."""
+    """How flights were advanced. side_by_side, singly: how many; reasons: why a component, or flights, worked singly."""
 
     side_by_side: int = 0
     singly: int = 0
@@ -30,23 +36,99 @@ class Report:
         return text + "".join(f"; {name}: {reason}" for name, reason in self.reasons.items())
 
 
-def advance_together(flights: list, tick: int, fewest: int = FEWEST, progress=None) -> Report:
-    """Advance flights (`flight_graph.engines.compiled.Flight`) until before a tick, or until each stops.
+class SideBySide:
+    """Advances flights of one scenario in one thread. runs: how many there will be; None: enough for machine code to pay.
 
-    It is what ``flight.advance(tick)`` does to each, bit by bit. fewest: with fewer flights of one form no machine code is
-    made. progress: as that of `CompiledRun.compile`. Raises FlightError.
+    Machine code is made when it is thought to save more time than it takes, judged by the first flights, which go one by
+    one. No bit of a flight depends on that.
     """
-    report, groups = Report(), {}
-    for flight in flights:
-        if not flight.stop and flight.tick < tick:
-            groups.setdefault(_form(flight), []).append(flight)
-    for alike in groups.values():
-        _advance(alike, tick, fewest, report, progress)
-    return report
+
+    def __init__(self, runs: int | None = None):
+        self.report, self._runs, self._seconds = Report(), runs, None
+        self._differs, self._groups = {}, {}  # form -> node -> ranges; form -> (wide parts, Group)
+
+    def advance(self, flights: list[Flight], ticks: int, watch: Callable | None = None) -> None:
+        """Advance flights until before a tick, or until each stops. watch(): is called now and then; what it raises ends the
+        work. Raises FlightError.
+        """
+        forms = {}
+        for flight in flights:
+            if not flight.stop and flight.tick < ticks:
+                forms.setdefault(_form(flight), []).append(flight)
+        for form, alike in forms.items():
+            for first in range(0, len(alike), LANES):
+                self._advance(form, alike[first:first + LANES], ticks, watch)
+
+    def _advance(self, form, flights, ticks, watch):
+        group = self._group(form, flights) if len(flights) >= FEWEST else None
+        if group is None:
+            self._one_by_one(flights, ticks, watch)
+            return
+        group.bind(flights)
+        reached = flights[0].tick
+        while reached < ticks and group.is_alive():
+            reached = min(ticks, reached + CHUNK)
+            group.advance(reached)
+            if watch:
+                watch()
+        group.release()
+        self.report.side_by_side += len(flights)
+
+    def _one_by_one(self, flights, ticks, watch):
+        for flight in flights:
+            began = time.thread_time()
+            while not flight.stop and flight.tick < ticks:
+                flight.advance(min(ticks, flight.tick + CHUNK))
+                if watch:
+                    watch()
+            if self._seconds is None:
+                self._seconds = time.thread_time() - began
+        self.report.singly += len(flights)
+
+    def _group(self, form, flights) -> Group | None:
+        """Woven memory for flights of a form; None where they go one by one."""
+        first = flights[0]
+        if form is None or first.bounds_checked:
+            self.report.reasons["engine"] = "plain Python and checked bounds work on one run at a time"
+            return None
+        faulty = {firing.node for firing in first.schedule.firings if not _is_plain(firing)}
+        asked = {}
+        known = self._differs.setdefault(form, {})
+        for name, node in first.schedule.graph.nodes.items():
+            if name not in faulty:
+                found = wide_parts.differing([flight.arrays[f"P_{name}"] for flight in flights])
+                known[name] = tuple(sorted({*found, *known.get(name, ())}))
+                asked[name] = node.use, node.component, known[name]
+        kept = self._groups.get(form)
+        if kept is None or kept[0] != asked:
+            kept = self._groups[form] = (asked, self._made(first, asked, faulty))
+            if kept[1] is None:
+                del self._groups[form]
+        return kept[1]
+
+    def _made(self, flight, asked, faulty) -> Group | None:
+        with _LOADING:
+            missing = wide_parts.missing(asked)
+            if missing and not self._pays(len(missing)):
+                self.report.reasons["machine code"] = f"{len(missing)} parts to compile for {LANES} at a time would not pay"
+                return None
+            self.report.reasons.pop("machine code", None)
+            found = wide_parts.load(asked)
+        reasons = {name: "faults or monitors" for name in faulty} | {
+            name: wide.refused for name, wide in found.items() if wide.refused}
+        self.report.reasons.update(reasons)
+        wide = {name: one for name, one in found.items() if not one.refused}
+        return Group(flight, wide) if wide else None
+
+    def _pays(self, missing) -> bool:
+        if self._runs is None:
+            return True
+        left = self._runs - self.report.singly - self.report.side_by_side
+        return self._seconds is not None and left * self._seconds * SAVED > PRICE * missing
 
 
 def _form(flight):
-    """What flights must share to be lanes of one loop."""
+    """What flights must share to be lanes of one loop; None for those that cannot."""
     if flight.control is None:
         return None
     schedule = flight.schedule
@@ -54,47 +136,10 @@ def _form(flight):
         (made.port, made.period, made.record, made.visible, made.log, made.log_period) for made in firing.publications))
         for firing in schedule.firings)
     uses = tuple((name, node.use, node.component) for name, node in schedule.graph.nodes.items())
-    return (flight.tick, int(flight.control["base_ns"][0]), int(flight.control["epoch_ns"][0]), flight.check_bounds, uses,
+    return (flight.tick, int(flight.control["base_ns"][0]), int(flight.control["epoch_ns"][0]), flight.bounds_checked, uses,
             firings, tuple(schedule.holds))
 
 
 def _is_plain(firing):
     """Whether faults leave a firing alone."""
     return firing.own is None and all(made.channel is None and made.times is None for made in firing.publications)
-
-
-def _advance(flights, tick, fewest, report, progress):
-    wide = _wide(flights, fewest, report, progress) if len(flights) >= max(fewest, 2) else {}
-    if not wide:
-        if len(flights) < max(fewest, 2):
-            report.reasons.setdefault("few", f"machine code for {LANES} at a time pays from {fewest} runs of one form on")
-        for flight in flights:
-            flight.advance(tick)
-        report.singly += len(flights)
-        return
-    group = Group(flights[0], wide)
-    for first in range(0, len(flights), LANES):
-        group.bind(flights[first:first + LANES])
-        reached = flights[first].tick
-        while reached < tick and int(group.control["alive"][0]):
-            reached = min(tick, reached + CHUNK)
-            group.advance(reached)
-        group.release()
-    report.side_by_side += len(flights)
-
-
-def _wide(flights, fewest, report, progress):
-    """node -> its wide parts."""
-    first = flights[0]
-    if first.control is None or first.check_bounds:
-        report.reasons["engine"] = "plain Python and checked bounds work on one run at a time"
-        return {}
-    nodes = first.schedule.graph.nodes
-    faulty = {firing.node for firing in first.schedule.firings if not _is_plain(firing)}
-    asked = {name: (node.use, node.component, wide_parts.differing([flight.arrays[f"P_{name}"] for flight in flights]))
-             for name, node in nodes.items() if name not in faulty}
-    found = wide_parts.load(asked, progress)
-    report.reasons.update({name: "faults" for name in faulty})
-    report.reasons.update({name: wide.refused for name, wide in found.items() if wide.refused})
-    return {name: wide for name, wide in found.items() if not wide.refused}
-

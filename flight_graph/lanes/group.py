@@ -23,7 +23,7 @@ class Group:
                          for name in (made.record, made.visible) if name}
         self._find_readers()
         self.woven = {name: self._room(name) for name in self._woven_names()}
-        self._lane_rows = {name: np.zeros(LANES, _WORD) for name in self._arrays}
+        self._lane_rows = {name: np.zeros(LANES, _WORD) for name in self.woven}
         self._made = [made for firing in self._schedule.firings for made in firing.publications]
         self._logs = np.zeros((len(self._made), LANES), _WORD)
         self._stops = np.zeros((len(self._schedule.firings), LANES), _WORD)
@@ -96,6 +96,7 @@ class Group:
             self._writers.get(name) or self._owner(name))]
         self._outward = self._transfers(kept, False)
         self.control = np.zeros(1, CONTROL)
+        self.control["fire"] = driver.code("fire").address
         for name in ("holds", "firings"):
             table = getattr(self, name)
             self.control[name], self.control[f"{name}_end"] = address(table), address(table) + table.nbytes
@@ -194,6 +195,10 @@ class Group:
         for name in ("next", "log_next"):
             tables.outputs[name][wide] = self.outputs[name][wide]
         tables.firings["next"], tables.holds["next"] = self.firings["next"], self.holds["next"]
+
+    def is_alive(self) -> bool:
+        """Whether a lane still flies."""
+        return bool(self.control["alive"][0])
 
     def release(self) -> None:
         """Give the flights that are left their memory back."""

@@ -25,13 +25,12 @@ from flight_graph.engines.addresses import (
     word_at,
 )
 from flight_graph.engines.condition_steps import table
-from flight_graph.engines.driver import RUN, call, is_finite
-from flight_graph.engines.driver import fire as fire_one
+from flight_graph.engines.driver import RUN, call, call_fire, is_finite
 from flight_graph.engines.stops import FAULT, NONFINITE
 from flight_graph.lanes.operations import LANES
 from flight_math.kernel import library
 
-CONTROL = table("tick end epoch_ns base_ns alive stopped next_firing holds holds_end firings firings_end")
+CONTROL = table("tick end epoch_ns base_ns alive stopped next_firing holds holds_end firings firings_end fire")
 HOLD = table("next period target origin size single singles")  # single: rows of lanes (target, origin) of `size` bytes
 FIRING = table("next period part parameters state records fault outputs outputs_end transfers transfers_end singles stops")
 OUTPUT = table("next period stamp record size runs runs_end leaves leaves_end visible logs log_next log_period")
@@ -159,14 +158,14 @@ def stop(firing, lanes, code):
 
 
 @compiled
-def fire_singly(firing, tick, t_ns, stamp_word, alive):
-    """One firing, for one lane after the other. Returns the lanes (bits) that stop."""
+def fire_singly(fire_one, firing, tick, t_ns, stamp_word, alive):
+    """One firing (by the usual driver's ``fire_one``, an address), for one lane after the other. Returns the lanes (bits) that stop."""
     stopped = 0
     for lane in range(LANES):
         if alive >> lane & 1:
             own = word_at(firing.singles + 8 * lane)
             row(own, OWN_FIRING).next += firing.period
-            code = fire_one(own, tick, t_ns, stamp_word)
+            code = call_fire(fire_one, own, tick, t_ns, stamp_word)
             if code != 0:
                 set_word_at(firing.stops + 8 * lane, code)
                 stopped |= 1 << lane
@@ -175,13 +174,13 @@ def fire_singly(firing, tick, t_ns, stamp_word, alive):
 
 
 @compiled
-def fire(at, tick, t_ns, epoch_ns, alive):
+def fire(fire_one, at, tick, t_ns, epoch_ns, alive):
     """One firing of the lanes that are alive. Returns those (bits) that stop."""
     firing = row(at, FIRING)
     sec = (epoch_ns + t_ns) // 1000000000
     nanosec = epoch_ns + t_ns - sec * 1000000000
     if firing.singles != 0:
-        return fire_singly(firing, tick, t_ns, sec | nanosec << 32, alive)
+        return fire_singly(fire_one, firing, tick, t_ns, sec | nanosec << 32, alive)
     output_at = firing.outputs
     while output_at < firing.outputs_end:
         stamp(row(output_at, OUTPUT).stamp, sec, nanosec)
@@ -238,7 +237,7 @@ def run(control_at):
             firing = row(at, FIRING)
             if tick == firing.next:
                 firing.next += firing.period
-                stopped = fire(at, tick, t_ns, control.epoch_ns, control.alive)
+                stopped = fire(control.fire, at, tick, t_ns, control.epoch_ns, control.alive)
                 if stopped != 0:
                     control.stopped = stopped
                     control.alive &= ~stopped

@@ -121,13 +121,15 @@ class Memory:
         owner.out(f"store {wide(kind)} {given}, ptr {address}, align {aligned(size)}")
 
     # -- an address for each lane ------------------------------------------------------------------------------------
-    def _lane_addresses(self, pointer, place, size):
-        """The address of a number in each lane; of lanes that are not to work, one that can be read and written."""
+    def _lane_addresses(self, pointer, place, size, further=0):
+        """The address of a number in each lane, so many bytes further; of lanes that are not to work, one that can be read
+        and written.
+        """
         owner = self._owner
         addresses = owner.use("ptr", pointer, True)
         if place.space in ("lanes", "parameters"):
             added = owner.new()
-            steps = ", ".join(f"i64 {lane * size}" for lane in range(LANES))
+            steps = ", ".join(f"i64 {lane * size + further}" for lane in range(LANES))
             owner.out(f"{added} = add {ADDRESSES} {addresses}, <{steps}>")
             addresses = added
         mask = owner.mask_of(owner.found.base[owner.block])
@@ -150,10 +152,10 @@ class Memory:
             found = made
         return found
 
-    def _scatter(self, kind, given, pointer):
+    def _scatter(self, kind, given, pointer, further=0):
         owner, size = self._owner, size_of(kind)
         kind = "i64" if kind == "ptr" else kind
-        for lane, address in self._lane_addresses(pointer, self._place(pointer), size):
+        for lane, address in self._lane_addresses(pointer, self._place(pointer), size, further):
             value = owner.new()
             owner.out(f"{value} = extractelement {wide(kind)} {given}, i64 {lane}")
             owner.out(f"store {kind} {value}, ptr {address}, align {min(size, 4)}")
@@ -173,8 +175,9 @@ class Memory:
 
     def _block(self, one, what):
         owner = self._owner
-        if not all(owner.found.differs(value, owner.block) is False for _, value in one.operands):
-            raise NotWidened(f"{what} of lanes that parted in their addresses")
+        if any(owner.found.differs(value, owner.block) for _, value in one.operands):
+            self._scattered_block(one, what)
+            return
         (_, target), (kind, origin), (_, size) = one.operands[:3]
         spaces = {self._place(target).space} | ({self._place(origin).space} if kind == "ptr" else set())
         if not size.isdigit() or "one" in spaces or "table" in spaces:
@@ -187,6 +190,14 @@ class Memory:
         name = "llvm.memset.p0.i64" if what == "memset" else f"llvm.{what}.p0.p0.i64"
         owner.module.declare(f"declare void @{name}(ptr, {kind}, i64, i1)")
         owner.out(f"call void @{name}({', '.join(arguments)})")
+
+    def _scattered_block(self, one, what):
+        """Zeros at an address of its own in each lane."""
+        owner, ((_, target), (_, origin), (_, size)) = self._owner, one.operands[:3]
+        if what != "memset" or origin != "0" or not size.isdigit() or int(size) % 8 or int(size) > 8 * 64:
+            raise NotWidened(f"{what} at an address that differs between lanes")
+        for offset in range(0, int(size), 8):
+            self._scatter("i64", "zeroinitializer", target, LANES * offset)
 
     def _masked_block(self, one, what, size):
         """Number by number, as all numbers of eight bytes."""

@@ -48,40 +48,43 @@ def differing(records: list[np.ndarray]) -> Ranges:
     return tuple((begin, end) for begin, end in sorted(fields) if unlike[begin:end].any())
 
 
-def load(components: dict[str, tuple[str, type[Component], Ranges]], progress=None) -> dict[str, Wide]:
-    """node -> its wide parts, compiled where they are not in the cache. components: node -> (use, class, what differs).
+Asked = dict[str, tuple[str, type[Component], Ranges]]  # node -> use, class, parameters that differ
 
-    Raises FlightError.
-    """
-    for again in (False, True):
-        _compile({} if not again else _spoiled(components), components, progress)
-    return {node: _load(component, differs) for node, (_, component, differs) in components.items()}
+
+def missing(asked: Asked) -> list[dict]:
+    """What the compiler is to do before the parts that are asked for are in the cache: jobs of its."""
+    jobs = {}
+    for use, component, differs in asked.values():
+        for part in _parts(component):
+            name = key(component, part, differs)
+            if not store.has(name):
+                jobs[name] = {"wide": use, "part": part, "key": name, "differs": differs}
+    return list(jobs.values())
+
+
+def load(asked: Asked, progress=None) -> dict[str, Wide]:
+    """node -> its wide parts, compiled where they are not in the cache. Raises FlightError."""
+    _compile(asked, progress)
+    for _, component, differs in asked.values():
+        for part in _parts(component):
+            if store.read(name := key(component, part, differs)) is None:  # a spoiled file: made anew
+                store.remove(name)
+    _compile(asked, progress)
+    return {node: _load(component, differs) for node, (_, component, differs) in asked.items()}
 
 
 def _parts(component):
     return [part for part in part_calls.parts(component) if part != "start"]
 
 
-def _compile(spoiled, components, progress):
+def _compile(asked, progress):
     jobs = {}
-    for use, component, differs in components.values():
-        for part in _parts(component):
-            name = key(component, part, differs)
-            if name in spoiled:
-                store.remove(name)
-            if not store.has(name):
-                job = {"wide": use, "part": part, "key": name, "differs": differs}
-                if job not in jobs.setdefault(use, []):
-                    jobs[use].append(job)
+    for job in missing(asked):
+        jobs.setdefault(job["wide"], []).append(job)
     if not lane_driver.is_ready():
         jobs["the driver of lanes"] = [{"lane_driver": lane_driver.key()}]
     if jobs:
         compilation.compile_jobs(jobs, progress)
-
-
-def _spoiled(components):
-    return {name for _, component, differs in components.values() for part in _parts(component)
-            if store.read(name := key(component, part, differs)) is None}
 
 
 _LOADED = {}
