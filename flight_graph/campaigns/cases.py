@@ -1,7 +1,7 @@
 """The cases of a scenario with a ``vary`` block, one after the other or several at a time, in one thread.
 
-What cases share is made once: graph, machine codes, memory, tables. A run logs only the topics that its metrics have asked for
-so far; where a case asks for another one, that case is run again with it. Neither changes a bit of a row.
+What cases share is made once: graph, machine codes, memory, tables. A run logs only the topics that its metrics have asked
+for so far; where a case asks for another one, that case is run again with it. Neither changes a bit of a row.
 """
 
 import math
@@ -14,7 +14,7 @@ from flight_graph.engines.prepared import PreparedRun
 from flight_graph.errors import FlightError
 from flight_graph.faults import fault_file
 from flight_graph.faults.report import REPORT
-from flight_graph.graphs import metrics
+from flight_graph.graphs import measures, metrics
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.graphs.variation import Variation
 
@@ -77,13 +77,14 @@ class Cases:
     def __init__(self, scenario: Scenario, batch: Batch = ONE_BY_ONE):
         self.scenario, self.vary, self.batch = scenario, scenario.vary, batch
         self._variation, self._keys = Variation(scenario), scenario.vary.keys()
-        self._prepared, self._asked = {}, None  # structure -> PreparedRun; topics that metrics read, once a run has shown it
+        self._prepared = {}  # structure -> PreparedRun
+        self._asked = None  # topics that metrics read, once a run has shown it
         metrics.of(scenario)  # a name that is wrong is found before the flight
 
     @property
     def units(self) -> dict[str, str]:
-        """Units of what is varied, by key, where they are declared."""
-        found = {}
+        """Units of what is varied and measured, by name, where they are declared."""
+        found = measures.units(self.scenario.measures)
         for key in self._keys:
             name, _, parameter = key.partition(".")
             node = self.scenario.graph.nodes.get(name)
@@ -136,7 +137,8 @@ class Cases:
                 row.status, row.sentence = "error", f"{type(error).__name__}: {error}"
             return
         self.batch.advance(flights, prepared.ticks, watch)
-        missing = [(row, scenario) for (row, scenario), flight in zip(group, flights) if not self._judge(row, scenario, flight)]
+        missing = [(row, scenario) for (row, scenario), flight in zip(group, flights)
+                   if not self._judge(row, scenario, flight)]
         if missing:
             self._prepared.clear()
             self._fly(structure, missing, watch)

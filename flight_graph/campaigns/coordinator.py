@@ -28,7 +28,7 @@ class Disagreement(FlightError):
 
 
 def tidy(campaign: Campaign, tell: Callable[[str], None]) -> None:
-    """Take away what killed processes of this machine left half written, and put aside parts that are damaged, saying so."""
+    """Take away what killed processes of this machine left half written; put damaged parts aside, and say so."""
     for path in campaign.path.glob(".*.tmp"):
         found = _DRAFT.fullmatch(path.name)
         if found and found["host"] == platform.node() and not _lives(int(found["process"])):
@@ -52,8 +52,8 @@ def complete(campaign: Campaign, pool, progress: Callable[[int, int], None] | No
              tell: Callable[[str], None] = lambda sentence: None) -> Campaign:
     """Run what is missing; return the campaign as it is then. pool: see `flight_graph.campaigns.workers`.
 
-    progress(rows done, rows in all) is called now and then; tell(sentence) of what a person should know. Raises FlightError;
-    after it, as after KeyboardInterrupt, all parts that were written are whole.
+    progress(rows done, rows in all) is called now and then; tell(sentence) of what a person should know. Raises
+    FlightError; after it, as after KeyboardInterrupt, all parts that were written are whole.
     """
     tidy(campaign, tell)
     looks = Looks(campaign)
@@ -115,8 +115,8 @@ def publish(campaign: Campaign, number: int, content: bytes, tell: Callable[[str
         other = campaign.path / f"disagreement-{number:06d}-{new.digest[:12]}.parquet"
         write_durably(other, content)
         raise Disagreement(f"chunk {number} came out differently a second time: {path.name} was made by {known.host} "
-                           f"({known.cpu}), {other.name} by {new.host} ({new.cpu}); {_first_difference(known, new)}. One of "
-                           "the machines does not compute what the other does: no row of theirs is to be trusted")
+                           f"({known.cpu}), {other.name} by {new.host} ({new.cpu}); {_first_difference(known, new)}. One "
+                           "of the machines does not compute what the other does: no row of theirs is to be trusted")
     if new.rows > known.rows:
         write_durably(path, content)
     return max(0, new.rows - known.rows)

@@ -20,8 +20,8 @@ class DaskWorkers:
         try:
             import distributed
         except ImportError:
-            raise FlightError(f"--on dask:{address}: Dask is not installed here; pip install 'flight_graph[dask]' brings it, "
-                              "here and where the workers run") from None
+            raise FlightError(f"--on dask:{address}: Dask is not installed here; pip install 'flight_graph[dask]' brings "
+                              "it, here and where the workers run") from None
         self.address, self._manifest, self._killed = address, manifest, distributed.KilledWorker
         try:
             self._client = distributed.Client(address, timeout=answer_s, set_as_default=False)

@@ -34,7 +34,10 @@ class FaultRow:
 
 
 def fault_rows(rows) -> list[FaultRow]:
-    """The table of a campaign's rows (any iterable), one line a variant (`vary.cases`); [] where its runs have no faults and no monitors."""
+    """The table of a campaign's rows, one line a variant (`vary.cases`); [] where its runs have no faults, no monitors.
+
+    rows: of `flight_graph.campaigns.rows.Row`.
+    """
     found, judged_at_all = {}, False
     for row in rows:
         line = found.setdefault(row.name or "all", FaultRow(row.name or "all"))

@@ -14,8 +14,8 @@ FAILURES = 1000  # that are given by name
 
 
 def summary(campaign: Campaign) -> dict[str, dict]:
-    """Metric -> least, median and largest value, the cases of the ends, ``missing`` (runs that ended well and have none) and
-    ``not_a_number`` (NaN or infinity). Runs that did not end well are counted nowhere here.
+    """Metric -> least, median and largest value, the cases of the ends, ``missing`` (runs that ended well and have none)
+    and ``not_a_number`` (NaN or infinity). Runs that did not end well are counted nowhere here.
     """
     metrics = [column for column in campaign.columns() if column.kind == "metric"]
     at_once = max(1, COLUMN_BYTES // (8 * max(1, campaign.manifest.rows)))

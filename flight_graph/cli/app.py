@@ -2,7 +2,21 @@
 
 import typer
 
-from flight_graph.cli import bags, check, claims, compile, demo, design, doctor, fault, identify, replay, scenarios, sweep
+from flight_graph.cli import (
+    bags,
+    check,
+    claims,
+    compile,
+    demo,
+    design,
+    doctor,
+    fault,
+    identify,
+    replay,
+    report,
+    scenarios,
+    sweep,
+)
 
 app = typer.Typer(
     name="flight", no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="rich",
@@ -13,6 +27,7 @@ check.register(app)
 compile.register(app)
 fault.register(app)
 sweep.register(app)
+report.register(app)
 bags.register(app)
 replay.register(app)
 claims.register(app)

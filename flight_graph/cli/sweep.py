@@ -47,7 +47,8 @@ class Where:
 
 
 def register(app: typer.Typer) -> None:
-    app.command(epilog="Example: flight sweep my_scenario.yaml --runs 1000 --vary plant.mass=normal:2,0.04 --out study")(sweep)
+    app.command(epilog="Example: flight sweep cubli_asteroid --vary plant.mass=normal:2,0.04 --runs 1000 --out mass")(
+        sweep)
 
 
 def sweep(
@@ -85,11 +86,12 @@ def sweep(
     where, consent = Where(workers, processes, on), asked(trust)
     if opening.is_folder(scenario):
         opening.refuse_what_is_fixed({"--vary": vary, "--set": settings, "--params": params, "--seed": seed,
-                                      "--duration": duration, "--out": out, "--chunk-size": chunk_size, "--plan": plan or None})
+                                      "--duration": duration, "--out": out, "--chunk-size": chunk_size,
+                                      "--plan": plan or None})
         campaign, loaded = opening.existing(Path(scenario), runs, consent)
         if chunk is None and not resume and runs is None:
-            raise FlightError(f"{scenario} is a campaign already: --resume goes on with it, --runs extends it, --chunk runs "
-                              "chunks of it")
+            raise FlightError(f"{scenario} is a campaign already: --resume goes on with it, --runs extends it, --chunk "
+                              "runs chunks of it")
     else:
         if chunk is not None:
             raise FlightError("--chunk: name the folder of a campaign; flight sweep SCENARIO --out DIR --plan makes one")
@@ -113,8 +115,8 @@ def _planned(campaign, as_json):
         print(json.dumps({"campaign": str(campaign.path), "runs": manifest.runs, "chunks": len(manifest.chunks),
                           "chunk_size": manifest.chunk}))
         return
-    status(f"{manifest.runs} runs in {len(manifest.chunks)} chunks of {manifest.chunk}: flight sweep {campaign.path} --chunk "
-           f"0 to {len(manifest.chunks) - 1}")
+    status(f"{manifest.runs} runs in {len(manifest.chunks)} chunks of {manifest.chunk}: flight sweep {campaign.path} "
+           f"--chunk 0 to {len(manifest.chunks) - 1}")
     print(campaign.path)
 
 
@@ -136,7 +138,8 @@ def _all(campaign, scenario, where, figure, as_json):
     began = time.perf_counter()
     with steps(f"campaign of {campaign.manifest.name}", not as_json) as advance:
         try:
-            campaign = opening.fill(campaign, scenario, where.pool, lambda done, total: advance(done, total, "runs"), status)
+            campaign = opening.fill(campaign, scenario, where.pool,
+                                    lambda done, total: advance(done, total, "runs"), status)
         except KeyboardInterrupt:
             raise FlightError(f"interrupted; every chunk that was done is in {quoted(campaign.path)}; go on with: flight "
                               f"sweep {quoted(campaign.path)} --resume") from None

@@ -282,8 +282,8 @@ class Tables:
 
     def rewind(self) -> None:
         """As before the first tick; faults remember what they remember."""
-        for table, begin in self._begin:
-            table[...] = begin
+        for rows, begin in self._begin:
+            rows[...] = begin
 
     def start(self, node: str, parameters: np.ndarray, state: np.ndarray) -> None:
         """Run the start of a node."""

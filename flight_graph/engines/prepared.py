@@ -14,7 +14,7 @@ from flight_graph.timebase import SECOND
 
 
 class PreparedRun:
-    """The runs of scenarios of one structure: of the first one, and of those that `flight_graph.graphs.variation` made of it.
+    """The runs of scenarios of one structure: of the first one, and of those that a `graphs.variation.Variation` makes.
 
     plan: (node, port) -> every how manieth message is logged; as the scenario says when left out.
     """

@@ -7,18 +7,21 @@ from pathlib import Path
 
 from flight_graph.components import functions
 from flight_graph.errors import FlightError
-from flight_graph.graphs import fault_scores
+from flight_graph.graphs import fault_scores, measures
 from flight_graph.graphs.scenario import Scenario
 
 
 def compute(scenario: Scenario, signals, finite: bool = True) -> dict:
-    """Return the metrics of a run by name, in plain types: those of the scenario's function, if it names one, and the
-    scores of its faults and monitors (`flight_graph.graphs.fault_scores`).
+    """Return the metrics of a run by name, in plain types: those of the scenario's function, if it names one, its
+    measures, and the scores of its faults and monitors (`flight_graph.graphs.fault_scores`).
 
     signals: a mapping topic -> structured array (a Recording, or a bag's signals). finite: NaN and infinity become None, as
     JSON has neither.
     """
-    function, scored = of(scenario), fault_scores.scores(scenario, signals)
+    function = of(scenario)
+    measured = {name: _plain(value, f"{scenario.origin}: measures.{name}", finite)
+                for name, value in measures.compute(scenario.measures, scenario, signals).items()}
+    scored = fault_scores.scores(scenario, signals) | measured
     if function is None:
         return scored
     with told(f"{scenario.origin}: metrics: '{scenario.file.metrics}'"):
@@ -26,6 +29,9 @@ def compute(scenario: Scenario, signals, finite: bool = True) -> dict:
     if not isinstance(found, dict):
         raise FlightError(f"{scenario.origin}: metrics: '{scenario.file.metrics}' gives {type(found).__name__}; needed is "
                           "a dictionary: name -> number")
+    if twice := sorted(set(map(str, found)) & set(measured)):
+        raise FlightError(f"{scenario.origin}: measures.{twice[0]}: '{scenario.file.metrics}' gives a number of this name "
+                          "too")
     return scored | {str(name): _plain(value, f"{scenario.origin}: metrics: '{scenario.file.metrics}' gives {name}", finite)
                      for name, value in found.items()}
 

@@ -1,8 +1,8 @@
 """The cases of a scenario's ``vary`` block, made from what they share: no file is read, no graph is wired again.
 
 A case that changes parameters, seeds or faults alone gets the nodes, the wiring and the order of the others; only the nodes
-whose values change are made anew, by the same code as those of a scenario. What changes the graph itself (a rate, a component,
-the duration) makes a scenario of its own, which further cases share.
+whose values change are made anew, by the same code as those of a scenario. What changes the graph itself (a rate, a
+component, the duration) makes a scenario of its own, which further cases share.
 """
 
 import copy
@@ -28,7 +28,7 @@ class Variation:
         self._bases = {}  # structure -> _Base, the latest last
 
     def case(self, number: int) -> tuple[Scenario, tuple]:
-        """The scenario of a case, and its structure: cases of equal structure differ in values alone. Raises FlightError."""
+        """The scenario of a case, and its structure: cases of equal structure differ in values. Raises FlightError."""
         return self.of_values(self.scenario.vary.overrides(number), number)
 
     def of_values(self, values: dict, number: int) -> tuple[Scenario, tuple]:

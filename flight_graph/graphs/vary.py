@@ -45,7 +45,7 @@ from flight_graph.text_files import short
 TOP_LEVEL = ("seed", "duration_s")
 MOST_RUNS = 1_000_000  # of a sweep
 _ALTERNATIVES = ("Spaced",)
-_MODELS = {"random": Distribution, "correlated": Correlated, "sampling": Sampling, "until": Until}  # of the blocks in the block
+_MODELS = {"random": Distribution, "correlated": Correlated, "sampling": Sampling, "until": Until}
 
 
 class VaryFile(Strict):
@@ -203,8 +203,8 @@ class Vary:
             raise FlightError(f"{self.origin}: vary.sampling: {self.file.sampling.plan} has nothing to place; it goes with "
                               "random or correlated")
         if self.file.until and not (self.is_random and self.file.sampling.plan == "independent"):
-            raise FlightError(f"{self.origin}: vary.until: an interval of a rate needs independent draws (random, correlated "
-                              "or function, with sampling: independent)")
+            raise FlightError(f"{self.origin}: vary.until: an interval of a rate needs independent draws (random, "
+                              "correlated or function, with sampling: independent)")
         if self.file.sampling.plan == "saltelli" and self.file.function:
             raise FlightError(f"{self.origin}: vary.sampling: saltelli exchanges the values of each key; what a function "
                               "draws cannot be exchanged")

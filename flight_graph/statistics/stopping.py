@@ -61,7 +61,10 @@ class Until(BaseModel):
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a look says. stop: the campaign ends here; enough: because its intervals are narrow; rates: of each group, at the level of the looks."""
+    """What a look says. stop: the campaign ends here; enough: because its intervals are narrow.
+
+    rates: of each group, at the level of the look.
+    """
 
     runs: int
     stop: bool
