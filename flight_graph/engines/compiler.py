@@ -3,8 +3,8 @@
     python -P -m flight_graph.engines.compiler
 
 One JSON object a line. A job: {"use": a component's name, "part":, "key":, "check_bounds":}, {"driver": key}, {"kept": a
-kernel over arrays, "key":}, {"wide": a component's name, "part":, "key":, "differs":}, or {"lane_driver": key}. An answer to
-each, in order: {"seconds":} or {"refused": a sentence} or {"error": a text}.
+kernel over arrays, "key":}, or {"maker": ``module:function``, which does it, "arguments":}. An answer to each, in order:
+{"seconds":} or {"refused": a sentence} or {"error": a text}.
 """
 
 import importlib
@@ -43,23 +43,6 @@ def compile_driver(key: str) -> None:
                     {"what": f"the driver's {name}", "symbol": symbol, "errors": {}})
 
 
-def compile_wide(use: str, part: str, key: str, differs: list) -> None:
-    """Compile a part for several runs side by side (`flight_graph.lanes.wide_parts`), or note why that cannot be."""
-    from flight_graph.lanes import lane_code
-    component, symbol = registry.component(use), parts.symbol(key)
-    code, about = lane_code.part_code(component, part, symbol, differs)
-    cache.write(key, code, {"what": f"{use} {part}, {lane_code.LANES} lanes", "symbol": symbol, **about})
-
-
-def compile_lane_driver(key: str) -> None:
-    """Compile the functions of the driver for several runs side by side into the cache."""
-    from flight_graph.lanes import lane_driver
-    for name, (function, signature) in lane_driver.functions().items():
-        symbol = parts.symbol(f"{key}_{name}")
-        cache.write(f"{key}_{name}", object_code.function_code(function, signature, symbol),
-                    {"what": f"the lanes' {name}", "symbol": symbol, "errors": {}})
-
-
 def compile_kept(name: str, key: str) -> None:
     """Compile a kernel over arrays (`flight_graph.engines.kept`) into the cache. name: ``module:attribute``."""
     symbol, (module, _, attribute) = parts.symbol(key), name.partition(":")
@@ -77,11 +60,9 @@ def work(job: dict) -> None:
     if "kept" in job:
         compile_kept(job["kept"], job["key"])
         return
-    if "lane_driver" in job:
-        compile_lane_driver(job["lane_driver"])
-        return
-    if "wide" in job:
-        compile_wide(job["wide"], job["part"], job["key"], job["differs"])
+    if "maker" in job:
+        module, _, name = job["maker"].partition(":")
+        getattr(importlib.import_module(module), name)(**job["arguments"])
         return
     component = registry.component(job["use"])
     if parts.key(component, job["part"], job["check_bounds"]) != job["key"]:

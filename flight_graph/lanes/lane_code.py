@@ -1,13 +1,29 @@
-"""Object code of a part of a component that works on eight runs at once."""
+"""Object code of a part of a component that works on eight runs at once: what the compiling process calls."""
 
 import llvmlite.binding as llvm
 
-from flight_graph.engines import object_code, part_calls
+from flight_graph.components import registry
+from flight_graph.engines import cache, object_code, part_calls, parts
 from flight_graph.errors import FlightError
-from flight_graph.lanes import weave
+from flight_graph.lanes import lane_driver, weave
 from flight_graph.lanes.ir_text import NotWidened, functions
 from flight_graph.lanes.operations import LANES
 from flight_graph.lanes.widen import Module
+
+
+def compile_part(use: str, part: str, key: str, differs: list) -> None:
+    """Compile the wide form of a part into the cache, or note there why it has none."""
+    symbol = parts.symbol(key)
+    code, about = part_code(registry.component(use), part, symbol, differs)
+    cache.write(key, code, {"what": f"{use} {part}, {LANES} lanes", "symbol": symbol, **about})
+
+
+def compile_driver(key: str) -> None:
+    """Compile the functions of the driver of lanes into the cache."""
+    for name, (function, signature) in lane_driver.functions().items():
+        symbol = parts.symbol(f"{key}_{name}")
+        cache.write(f"{key}_{name}", object_code.function_code(function, signature, symbol),
+                    {"what": f"the lanes' {name}", "symbol": symbol, "errors": {}})
 
 
 def part_code(component, part: str, symbol: str, differs: list) -> tuple[bytes, dict]:
@@ -67,5 +83,3 @@ def _tidy(module, machine):
     passes.add_instruction_namer_pass()
     passes.run(module, llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=3)))
 
-
-__all__ = ["LANES", "part_code", "widened"]

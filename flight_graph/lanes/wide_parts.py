@@ -58,7 +58,8 @@ def missing(asked: Asked) -> list[dict]:
         for part in _parts(component):
             name = key(component, part, differs)
             if not store.has(name):
-                jobs[name] = {"wide": use, "part": part, "key": name, "differs": differs}
+                jobs[name] = {"maker": "flight_graph.lanes.lane_code:compile_part",
+                              "arguments": {"use": use, "part": part, "key": name, "differs": differs}}
     return list(jobs.values())
 
 
@@ -80,9 +81,10 @@ def _parts(component):
 def _compile(asked, progress):
     jobs = {}
     for job in missing(asked):
-        jobs.setdefault(job["wide"], []).append(job)
+        jobs.setdefault(job["arguments"]["use"], []).append(job)
     if not lane_driver.is_ready():
-        jobs["the driver of lanes"] = [{"lane_driver": lane_driver.key()}]
+        jobs["the driver of lanes"] = [{
+            "maker": "flight_graph.lanes.lane_code:compile_driver", "arguments": {"key": lane_driver.key()}}]
     if jobs:
         compilation.compile_jobs(jobs, progress)
 
