@@ -12,6 +12,7 @@ from flight_graph.cli import (
     doctor,
     fault,
     identify,
+    rare,
     replay,
     report,
     scenarios,
@@ -30,6 +31,7 @@ sweep.register(app)
 report.register(app)
 bags.register(app)
 replay.register(app)
+rare.register(app)
 claims.register(app)
 design.register(app)
 identify.register(app)

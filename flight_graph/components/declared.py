@@ -27,8 +27,15 @@ def call(component, name: str, *arguments):
 def resolved(component, values: dict, where: str, folder: Path | None) -> dict:
     """The values that a run uses, in plain form: `Component.resolve`, then `Component.check`. Raises FlightError.
 
-    where: what error texts call them; folder: where a relative file name starts.
+    values: checked ones, in plain form. where: what error texts call them; folder: where a relative file name starts.
     """
+    found = _given_by_resolve(component, values, where, folder) if _defines(component, "resolve") else values
+    if _defines(component, "check"):
+        call(component, "check", found, where.removesuffix(".parameters"))
+    return found
+
+
+def _given_by_resolve(component, values, where, folder):
     found = call(component, "resolve", values, where, folder)
     if not isinstance(found, dict):
         raise _mistake(component, f"it returns {found!r}; it returns the values to run with: {{**values, ...}}")
@@ -39,11 +46,12 @@ def resolved(component, values: dict, where: str, folder: Path | None) -> dict:
     missing = [name for name in component.parameters.entries if name not in found]
     if missing:
         raise _mistake(component, f"it leaves out {', '.join(missing)}; it returns all values: {{**values, ...}}")
-    new = {name: value for name, value in found.items() if value is not values.get(name) or isinstance(value, list)}
-    checked = component.parameters.validate(new, where)  # NumPy's numbers and arrays as plain ones, within their ranges
-    found = {name: checked.get(name, value) for name, value in found.items()}
-    call(component, "check", found, where.removesuffix(".parameters"))
-    return found
+    return component.parameters.validate(found, where)  # NumPy's numbers and arrays as plain ones, within their ranges
+
+
+def _defines(component, name) -> bool:
+    """Whether a component has a method of this name besides that of all."""
+    return any(name in vars(cls) for cls in component.__mro__ if cls.__module__ != "flight_graph.components.component")
 
 
 def _mistake(component, what) -> ComponentMistake:

@@ -10,7 +10,6 @@ from flight_graph.components.component import Component
 from flight_graph.engines.compiled import CompiledRun, Flight
 from flight_graph.graphs.graph import Node
 from flight_graph.graphs.scenario import Scenario
-from flight_graph.timebase import SECOND
 
 
 class PreparedRun:
@@ -75,5 +74,4 @@ def _parameters(record: np.ndarray, first: Node, node: Node) -> np.ndarray:
         value = node.values[name]
         if entry.kind != "text" and value != first.values[name]:
             made[name] = entry.words.index(value) if entry.kind == "choice" else value
-    made["period"] = node.period_ns / SECOND
     return made

@@ -6,13 +6,16 @@ component, the duration) makes a scenario of its own, which further cases share.
 """
 
 import copy
+from dataclasses import replace
 
+from flight_graph.components import declared
 from flight_graph.errors import FlightError
 from flight_graph.faults import fault_file
 from flight_graph.faults.fault_set import FaultSet
 from flight_graph.faults.report import REPORT
 from flight_graph.graphs import expressions
 from flight_graph.graphs.scenario import Scenario, override
+from flight_math.noise import stream_key
 
 _KEPT = 8  # scenarios of other structure that are kept
 
@@ -54,17 +57,32 @@ class Variation:
 
 
 class _Base:
-    """A scenario, and which of its nodes read which others' parameters."""
+    """A scenario, and of each node what it is made from: the checked values before they are resolved, and whom it reads."""
 
     def __init__(self, scenario: Scenario):
-        self.scenario = scenario
-        self._reads = {name: scenario._read_by(name, entry) for name, entry in scenario.file.components.items()}
+        self.scenario, self._given, self._checked = scenario, {}, {}
+        entries, nodes = scenario.file.components, scenario.graph.nodes
+        self._reads = {name: scenario._read_by(name, entry) for name, entry in entries.items()}
         self._order = []
-        while len(self._order) < len(self._reads):
+        while len(self._order) < len(entries):
             self._order += [name for name, read in self._reads.items()
                             if name not in self._order and read <= set(self._order)]
-        nodes = scenario.graph.nodes
-        self._seeded = {name for name in self._reads if "seed" in nodes[name].component.parameters.entries}
+        self._seeded = {name for name, entry in entries.items()
+                        if "seed" in nodes[name].component.parameters.entries and "seed" not in entry.parameters}
+        for name in self._order:
+            self._given[name] = {key: value for key, value in entries[name].parameters.items()
+                                 if expressions.is_expression(value)}
+            self._checked[name] = self._values(name, entries[name].parameters, nodes, scenario.seed,
+                                               nodes[name].component.parameters.defaults())
+
+    def _values(self, name, given, nodes, seed, values) -> dict:
+        """Checked values of a node: those that there are, updated by the given ones. Raises FlightError."""
+        where = f"{self.scenario.origin}: components.{name}.parameters"
+        given = {key: expressions.evaluate(value, {other: nodes[other].values for other in self._reads[name]}, where)
+                 if expressions.is_expression(value) else value for key, value in given.items()}
+        if name in self._seeded:
+            values = {**values, "seed": stream_key(seed, name)}
+        return values | nodes[name].component.parameters.validate(given, where)
 
     def with_values(self, values: dict) -> Scenario | None:
         """The scenario with parameters, seed and faults changed; None where it needs the long way. Raises FlightError."""
@@ -88,16 +106,17 @@ class _Base:
         entries = {name: entry.model_copy(update={"parameters": {**entry.parameters, **components[name]}})
                    if name in components else entry for name, entry in base.file.components.items()}
         made.file = base.file.model_copy(update={"components": entries, "faults": faults, "seed": seed})
-        made.graph, made._without_effect = copy.copy(base.graph), dict(base._without_effect)
+        made.graph = copy.copy(base.graph)
         made.graph.nodes = dict(base.graph.nodes)
         changed = set(components) | (self._seeded if seed != base.seed else set())
         for name in self._order:
             if name in changed or self._reads[name] & changed:
                 changed.add(name)
-                known = {other: made.graph.nodes[other].values for other in self._reads[name]}
-                node = made._node(name, entries[name], known)
-                node.inputs = base.graph.nodes[name].inputs
-                made.graph.nodes[name] = node
+                nodes, given = made.graph.nodes, self._given[name] | components.get(name, {})
+                values = self._values(name, given, nodes, seed, self._checked[name])
+                values = declared.resolved(nodes[name].component, values, f"{base.origin}: components.{name}.parameters",
+                                           base.folder)
+                nodes[name] = replace(nodes[name], values=values)
         if base.faults:
             made.faults = _faults(made, base)
         return made

@@ -104,7 +104,7 @@ def rank_correlations(inputs: dict, values, confidence: float = 0.95) -> list[Co
     matrix = np.corrcoef(ranked[:, [*used, -1]].T)
     whole = n >= LEAST_SAMPLES + len(used) and np.linalg.cond(matrix) < WORST_CONDITION
     partial, slopes = _partial(matrix) if whole else (None, [])
-    own, joint = _influences(ranked[:MOST_ROWS, [*used, -1]], slopes)
+    own, joint = _influences(ranked[:MOST_ROWS, [*used, -1]] / n, slopes)
     found = []
     for j, name in enumerate(names):
         if j not in used:
@@ -130,10 +130,10 @@ def _partial(matrix):
     return np.array(found), slopes
 
 
-def _influences(ranked, slopes):
+def _influences(shares, slopes):
     """Standard deviation of what a row adds to the rank correlation of each variable with the last one, and to each
-    partial correlation."""
-    u = (ranked - ranked.mean(axis=0)) / len(ranked)
+    partial correlation. shares: ranks of some rows among all, as parts of 1."""
+    u = shares - shares.mean(axis=0)
     order = np.argsort(u, axis=0, kind="stable")
     own, joint = [], np.zeros((len(slopes), len(u)))
     for b in range(u.shape[1]):

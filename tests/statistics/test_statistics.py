@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 from scipy import stats
 
-from flight_graph.statistics import percentiles
+from flight_graph.statistics import percentiles, sensitivities
 from flight_graph.statistics.pairs import differences, rate_difference, tango
 from flight_graph.statistics.percentiles import bound, percentile, ranks, runs_needed, runs_needed_between
 from flight_graph.statistics.rates import clopper_pearson, rate, upper_bound
@@ -121,7 +121,7 @@ def test_sobol_indices_are_those_of_scipy_and_of_ishigami():
     assert sobol_indices(np.ones(50), ["a", "b", "c"]).factors == ()
 
 
-def test_rank_correlations_are_those_of_scipy():
+def test_rank_correlations_are_those_of_scipy(monkeypatch):
     rng = np.random.default_rng(2)
     a, b = rng.normal(size=(2, 300))
     y = np.exp(a) - b**3 + rng.normal(size=300)
@@ -131,6 +131,11 @@ def test_rank_correlations_are_those_of_scipy():
     ranked = stats.spearmanr(np.column_stack([a, b, y])[7:]).statistic
     assert (first.partial, second.partial) == pytest.approx(partial_rank(ranked))
     assert still.value is None and first.low < first.value < first.high
+    monkeypatch.setattr(sensitivities, "MOST_ROWS", 150)
+    fewer = rank_correlations({"a": a, "b": b}, y)[0]
+    assert (fewer.value, fewer.partial) == (first.value, pytest.approx(first.partial))
+    assert fewer.high - fewer.low == pytest.approx(first.high - first.low, rel=0.2), "the variance of a part of the rows"
+    assert fewer.partial_high - fewer.partial_low == pytest.approx(first.partial_high - first.partial_low, rel=0.2)
     together = rank_correlations({"a": a, "twin": 2 * a}, y)
     assert together[0].partial is None and together[0].value is not None
     assert rank_correlations({"a": a[:2]}, y[:2])[0].value is None
