@@ -48,8 +48,9 @@ class SideBySide:
         self._differs, self._groups = {}, {}  # form -> node -> ranges; form -> (wide parts, Group)
 
     def advance(self, flights: list[Flight], ticks: int, watch: Callable | None = None) -> None:
-        """Advance flights until before a tick, or until each stops. watch(): is called now and then; what it raises ends the
-        work. Raises FlightError.
+        """Advance flights until before a tick, or until each stops. Raises FlightError.
+
+        watch(): is called now and then; what it raises ends the work.
         """
         forms = {}
         for flight in flights:

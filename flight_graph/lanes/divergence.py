@@ -8,7 +8,8 @@ before it.
 from dataclasses import dataclass
 
 from flight_graph.lanes.flow import Edge, Flow
-from flight_graph.lanes.ir_text import Function, NotWidened, size_of
+from flight_graph.lanes.ir_text import Function
+from flight_graph.lanes.ir_types import NotWidened, alignment, size_of, split
 
 ROOT = ("root",)
 
@@ -51,7 +52,6 @@ class Divergence:
         self.varying = {name for name, kind in arguments.items() if kind is True}
         self.places = {name: kind for name, kind in arguments.items() if isinstance(kind, Place)}
         self.divergent, self._alike = set(), {}
-        self._first = {name: kind for name, kind in self.places.items()}
         while self._round():
             pass
 
@@ -136,15 +136,15 @@ class Divergence:
             place = self.place(one.operands[0][1])
             return place is not None and not self.is_uniform_load(place, size_of(one.type))
         if one.op == "call":
-            return any(kind == "ptr" and (self.place(value) or Place("lanes")).space != "one" for kind, value in one.operands)
+            places = [self.place(value) for kind, value in one.operands if kind == "ptr"]
+            return any(place is None or place.space != "one" for place in places)
         return False
 
     def _phi_differs(self, one, block):
         values = dict(zip(one.labels, (value for _, value in one.operands)))
         if any(self.differs(values[label], label) for label in values):
             return True
-        loop = self.flow.loop_of(block)
-        if loop is not None and loop.head == block:
+        if self.flow.is_head(block):
             return False
         into = self.flow.into[block]
         if any(loop in self.divergent for edge in into for loop in self.flow.leaves(edge)):
@@ -184,9 +184,8 @@ class Divergence:
                 self.edge_base[edge] = self._edge_base(edge)
 
     def _base(self, block):
-        loop = self.flow.loop_of(block)
-        if loop is not None and loop.head == block:
-            if loop in self.divergent:
+        if self.flow.is_head(block):
+            if self.flow.loop_of(block) in self.divergent:
                 return ("loop", block)
             bases = {self.edge_base[edge] for edge in self.flow.into[block] if not self.flow.is_back(edge)}
         elif block == self.flow.entry:
@@ -205,7 +204,6 @@ class Divergence:
 
 def _field(kind, index, total):
     """The type of a structure's field, and how far it lies."""
-    from flight_graph.lanes.ir_text import alignment, split
     for number, item in enumerate(split(kind[1:-1])):
         total = -(-total // alignment(item)) * alignment(item)
         if number == index:

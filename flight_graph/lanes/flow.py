@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass, field
 
-from flight_graph.lanes.ir_text import Function, NotWidened
+from flight_graph.lanes.ir_text import Function
+from flight_graph.lanes.ir_types import NotWidened
 
 END = ""  # stands behind every block that leaves the function
 
@@ -80,17 +81,19 @@ class Flow:
         loop = self.loop_of(edge.origin)
         return [one for one in (loop.within() if loop else ()) if edge.target not in one.blocks]
 
+    def is_head(self, block: str) -> bool:
+        """Whether a loop begins with a block."""
+        loop = self.loop_of(block)
+        return loop is not None and loop.head == block
+
     def is_back(self, edge: Edge) -> bool:
         """Whether an edge goes back to the head of a loop around it."""
-        loop = self.loop_of(edge.target)
-        return loop is not None and loop.head == edge.target and edge.origin in loop.blocks
+        return self.is_head(edge.target) and edge.origin in self.loop_of(edge.target).blocks
 
     def home(self, edge: Edge) -> Loop | None:
         """The innermost loop in whose rounds an edge is taken or not."""
         loop = self.loop_of(edge.target)
-        if loop is not None and loop.head == edge.target and edge.origin not in loop.blocks:
-            return loop.parent
-        return loop
+        return loop.parent if self.is_head(edge.target) and edge.origin not in loop.blocks else loop
 
     def alike(self, block: str) -> str | None:
         """The nearest block before that runs exactly when this one does, in the same round of the same loop."""

@@ -118,9 +118,9 @@ class Group:
             return (0, firing.period, 0, 0, 0, 0, 0, *outputs, *moves, address(self._singles[i]), address(self._stops[i]))
         state = self._arrays[firing.state]
         fault = address(self.woven[firing.state]) + LANES * state.dtype.fields["fault"][1]
-        return (0, firing.period, self._wide[firing.node].codes[firing.part].address,
-                address(self.woven[firing.parameters]), address(self.woven[firing.state]), record, fault, *outputs, *moves, 0,
-                address(self._stops[i]))
+        part = self._wide[firing.node].codes[firing.part]
+        return (0, firing.period, part.address, address(self.woven[firing.parameters]), address(self.woven[firing.state]),
+                record, fault, *outputs, *moves, 0, address(self._stops[i]))
 
     def _hold(self, i, hold):
         size = self._arrays[hold.target].nbytes

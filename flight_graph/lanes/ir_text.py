@@ -6,21 +6,18 @@ Only what optimised kernels consist of is read; anything else is `NotWidened`, a
 import re
 from dataclasses import dataclass, field
 
+from flight_graph.lanes.ir_types import NotWidened, closing, item_at, split, take_type
+
 NAME = r'[%@](?:"[^"]*"|[-a-zA-Z$._0-9]+)'
 _INSTRUCTION = re.compile(rf"^(?:({NAME}) = )?(?:tail |musttail |notail )?([a-z]+) ?(.*)$")
 _METADATA = re.compile(r", ![a-zA-Z_.]+ !?.*$")
 _COMMENT = re.compile(r"\s+; .*$")
 _FLAGS = re.compile(r"^(?:(?:nuw|nsw|exact|disjoint|nneg|samesign|inbounds|nusw|volatile|fast|nnan|ninf|nsz|arcp|contract"
                     r"|afn|reassoc|inrange\([^)]*\)) )+")
-_WORD = re.compile(r"[a-z0-9]+|ptr")
 CASTS = {"sitofp", "uitofp", "fptosi", "fptoui", "fpext", "fptrunc", "zext", "sext", "trunc", "bitcast"}
 BINARY = {"fadd", "fsub", "fmul", "fdiv", "add", "sub", "mul", "sdiv", "udiv", "srem", "urem", "and", "or", "xor", "shl",
           "lshr", "ashr"}
 _FORBIDDEN_FLAGS = ("fast", "nnan", "ninf", "nsz", "arcp", "contract", "afn", "reassoc")
-
-
-class NotWidened(Exception):
-    """Why code cannot be made to work on several lanes at once."""
 
 
 @dataclass
@@ -44,43 +41,6 @@ class Function:
     result: str
     arguments: list[tuple[str, str]]
     blocks: dict[str, list[Instruction]] = field(default_factory=dict)
-
-
-def split(text: str) -> list[str]:
-    """The parts between the commas that stand in no bracket."""
-    parts, depth, start, quoted = [], 0, 0, False
-    for at, sign in enumerate(text):
-        if sign == '"':
-            quoted = not quoted
-        elif quoted:
-            continue
-        elif sign in "([{<":
-            depth += 1
-        elif sign in ")]}>":
-            depth -= 1
-        elif sign == "," and depth == 0:
-            parts.append(text[start:at].strip())
-            start = at + 1
-    rest = text[start:].strip()
-    return [*parts, rest] if rest else parts
-
-
-def take_type(text: str) -> tuple[str, str]:
-    """A type at the begin of a text, and what follows it."""
-    if text[0] in "[{<":
-        end = _closing(text, 0) + 1
-    else:
-        end = _WORD.match(text).end()
-    return text[:end], text[end:].strip()
-
-
-def _closing(text, start):
-    depth = 0
-    for at in range(start, len(text)):
-        depth += {"[": 1, "{": 1, "<": 1, "(": 1, "]": -1, "}": -1, ">": -1, ")": -1}.get(text[at], 0)
-        if depth == 0:
-            return at
-    raise NotWidened(f"a bracket without an end: {text}")
 
 
 def operand(text: str) -> tuple[str, str]:
@@ -145,7 +105,7 @@ def label(text: str) -> str:
 def _head(line):
     found = re.search(rf"({NAME})\(", line)
     before = line[:found.start()].split()
-    end = _closing(line, found.end() - 1)
+    end = closing(line, found.end() - 1)
     arguments = [operand(part) for part in split(line[found.end():end])]
     result = re.search(r"(void|ptr|double|float|i\d+|\{.*\}|\[.*\])$", " ".join(before))
     return Function(found[1], result[1], arguments)
@@ -214,7 +174,7 @@ def _switch(op, name, rest):
     head, _, cases = rest.partition("[")
     given, default = (operand(part) for part in split(head))
     made = Instruction(op, None, "void", [given], [], [label(default[1])])
-    for kind, value, place in re.findall(rf"(i\d+) (-?\d+), label ({NAME})", cases):
+    for value, place in re.findall(rf"i\d+ (-?\d+), label ({NAME})", cases):
         made.detail.append(value)
         made.labels.append(label(place))
     return made
@@ -240,11 +200,10 @@ def _call(op, name, rest):
     if not found:
         raise NotWidened("a call of an address")
     before = re.sub(r"\([^)]*\)", "", rest[:found.start()]).split()
-    kind = next((word for word in reversed(before) if word in ("void", "ptr", "double", "float") or re.match(r"i\d+$", word)),
-                None)
+    kind = next((word for word in reversed(before) if re.fullmatch(r"void|ptr|double|float|i\d+", word)), None)
     if kind is None:
         kind = re.search(r"[\[{].*$", rest[:found.start()].strip())[0]
-    end = _closing(rest, found.end() - 1)
+    end = closing(rest, found.end() - 1)
     return Instruction(op, name, kind, [operand(part) for part in split(rest[found.end():end])], found[1].strip("@"))
 
 
@@ -284,40 +243,3 @@ _READERS = {**dict.fromkeys(BINARY, _two), **dict.fromkeys(CASTS, _cast), "icmp"
             "select": _all, "phi": _phi, "br": _branch, "switch": _switch, "load": _load, "store": _store,
             "getelementptr": _pointer, "call": _call, "alloca": _alloca, "ret": _return, "fneg": _negate,
             "freeze": _negate, "extractvalue": _value_of, "insertvalue": _value_of, "unreachable": _nothing}
-
-
-# -- types ---------------------------------------------------------------------------------------------------------
-_SIZES = {"double": 8, "float": 4, "ptr": 8, "i1": 1}
-
-
-def size_of(kind: str) -> int:
-    """Bytes of a type."""
-    if kind in _SIZES:
-        return _SIZES[kind]
-    if re.match(r"i\d+$", kind):
-        return int(kind[1:]) // 8
-    if kind.startswith("["):
-        count, _, item = kind[1:-1].partition(" x ")
-        return int(count) * size_of(item)
-    if kind.startswith("{"):
-        end = 0
-        for item in split(kind[1:-1]):
-            end = -(-end // alignment(item)) * alignment(item) + size_of(item)
-        return -(-end // alignment(kind)) * alignment(kind)
-    raise NotWidened(f"the type {kind}")
-
-
-def alignment(kind: str) -> int:
-    """Alignment of a type in bytes."""
-    if kind.startswith("["):
-        return alignment(kind[1:-1].partition(" x ")[2])
-    if kind.startswith("{"):
-        return max(map(alignment, split(kind[1:-1])), default=1)
-    return size_of(kind)
-
-
-def item_at(kind: str, indices: list[int]) -> str:
-    """The type of an item inside of an array or a structure."""
-    for index in indices:
-        kind = kind[1:-1].partition(" x ")[2] if kind.startswith("[") else split(kind[1:-1])[index]
-    return kind

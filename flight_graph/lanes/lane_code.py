@@ -6,7 +6,8 @@ from flight_graph.components import registry
 from flight_graph.engines import cache, object_code, part_calls, parts
 from flight_graph.errors import FlightError
 from flight_graph.lanes import lane_driver, weave
-from flight_graph.lanes.ir_text import NotWidened, functions
+from flight_graph.lanes.ir_text import functions
+from flight_graph.lanes.ir_types import NotWidened
 from flight_graph.lanes.operations import LANES
 from flight_graph.lanes.widen import Module
 

@@ -1,4 +1,4 @@
-"""The loop that runs a graph for eight runs at once: the schedule as tables of addresses, as in `flight_graph.engines.driver`.
+"""The loop that runs a graph for eight runs at once: the schedule as tables of addresses.
 
 A firing is wide (its part works on woven records) or single: then the usual driver fires it for one lane after the other,
 over the lane's own records, and what others need is woven or unwoven around it.
@@ -159,7 +159,8 @@ def stop(firing, lanes, code):
 
 @compiled
 def fire_singly(fire_one, firing, tick, t_ns, stamp_word, alive):
-    """One firing (by the usual driver's ``fire_one``, an address), for one lane after the other. Returns the lanes (bits) that stop."""
+    """One firing for one lane after the other. fire_one: address of the usual driver's. Returns the lanes (bits) that stop.
+    """
     stopped = 0
     for lane in range(LANES):
         if alive >> lane & 1:

@@ -2,16 +2,15 @@
 
 from flight_graph.lanes import operations
 from flight_graph.lanes.divergence import ROOT, Place
-from flight_graph.lanes.ir_text import NotWidened, size_of
+from flight_graph.lanes.ir_types import NotWidened, size_of
 from flight_graph.lanes.operations import ADDRESSES, LANES, MASK, aligned, wide
 
 
 class Memory:
     """What a `Widened` function does with memory."""
 
-    def __init__(self, owner):
-        self._owner = owner
-        self._sizes = {}
+    def __init__(self, owner, masks):
+        self._owner, self._masks, self._sizes = owner, masks, {}
 
     def _place(self, pointer) -> Place:
         place = self._owner.found.place(pointer)
@@ -21,10 +20,9 @@ class Memory:
 
     def alloca(self, one):
         """Eight of it, woven like a record."""
-        slot = f"%work{self._owner._numbers[one.name]}"
-        self._owner.slot(slot, f"[{LANES * size_of(one.detail)} x i8]", False)
-        self._owner._arguments[one.name] = slot
-        self._owner._known[one.name] = slot
+        owner = self._owner
+        slot = owner.slot(f"%work{owner.numbers[one.name]}", f"[{LANES * size_of(one.detail)} x i8]", False)
+        owner.know_always(one.name, slot)
 
     def getelementptr(self, one):
         """The address of a part."""
@@ -34,17 +32,11 @@ class Memory:
         step = owner.found.step(one)
         pointer = owner.use("ptr", one.operands[0][1], is_wide)
         if step is not None and not is_wide:
-            made = owner.new()
-            owner.out(f"{made} = getelementptr i8, ptr {pointer}, i64 {step * (LANES if woven else 1)}")
-            owner.define(one, made)
-            return
-        total = self._offset(one, is_wide, LANES if woven else 1)
-        made = owner.new()
-        if is_wide:
-            owner.out(f"{made} = add {ADDRESSES} {pointer}, {total}")
+            total = step * (LANES if woven else 1)
         else:
-            owner.out(f"{made} = getelementptr i8, ptr {pointer}, i64 {total}")
-        owner.define(one, made)
+            total = self._offset(one, is_wide, LANES if woven else 1)
+        text = f"add {ADDRESSES} {pointer}, {total}" if is_wide else f"getelementptr i8, ptr {pointer}, i64 {total}"
+        owner.define(one, owner.result(text))
 
     def _offset(self, one, is_wide, scale):
         """Bytes of a getelementptr with indices that are no constants."""
@@ -57,49 +49,41 @@ class Memory:
                 kind = kind[1:-1].partition(" x ")[2]
             value = owner.use(index_kind, index, is_wide)
             if index_kind != "i64":
-                long = owner.new()
-                owner.out(f"{long} = sext {wide(index_kind) if is_wide else index_kind} {value} to {shown}")
-                value = long
-            part, size = owner.new(), size_of(kind) * scale
-            owner.out(f"{part} = mul {shown} {value}, {f'splat (i64 {size})' if is_wide else size}")
-            if total is not None:
-                added = owner.new()
-                owner.out(f"{added} = add {shown} {total}, {part}")
-                part = added
-            total = part
+                value = owner.result(f"sext {wide(index_kind) if is_wide else index_kind} {value} to {shown}")
+            size = size_of(kind) * scale
+            part = owner.result(f"mul {shown} {value}, {f'splat (i64 {size})' if is_wide else size}")
+            total = part if total is None else owner.result(f"add {shown} {total}, {part}")
         return total
 
     def _check(self, place, size):
         """Numbers of a woven record are read and written as they are, never two at once."""
+        if size > 8:
+            raise NotWidened("a number of more than eight bytes")
         if place.space in ("lanes", "parameters") and place.offset is not None:
             if self._owner.module.widths.get(place.root, {}).get(place.offset, size) != size:
                 raise NotWidened("numbers of a record that are read together")
             for offset in range(place.offset, place.offset + size):
                 if self._sizes.setdefault((place.root, offset), (place.offset, size)) != (place.offset, size):
                     raise NotWidened("numbers of different widths at one place")
-            if size > 8:
-                raise NotWidened("a number of more than eight bytes")
 
     def load(self, one):
         """Read a number."""
         owner, (_, pointer) = self._owner, one.operands[0]
         place, size = self._place(pointer), size_of(one.type)
-        if owner.found.differs(pointer, owner.block):
+        if owner.differs(pointer):
             owner.define(one, self._gather(one.type, pointer, place))
             return
-        address, made = owner.use("ptr", pointer, False), owner.new()
+        address = owner.use("ptr", pointer, False)
         if owner.found.is_uniform_load(place, size):
             if place.space == "parameters":
-                behind = owner.new()
                 step = LANES * (owner.module.parameters - place.offset) + place.offset
-                owner.out(f"{behind} = getelementptr i8, ptr {address}, i64 {step}")
-                address = behind
-            owner.out(f"{made} = load {one.type}, ptr {address}, align {min(size, 4)}")
+                address = owner.result(f"getelementptr i8, ptr {address}, i64 {step}")
+            made = owner.result(f"load {one.type}, ptr {address}, align {min(size, 4)}")
             if owner.is_wide(one.name):
                 made = owner.spread(one.type, made)
         else:
             self._check(place, size)
-            owner.out(f"{made} = load {wide(one.type)}, ptr {address}, align {aligned(size)}")
+            made = owner.result(f"load {wide(one.type)}, ptr {address}, align {aligned(size)}")
         owner.define(one, made)
 
     def store(self, one):
@@ -109,14 +93,13 @@ class Memory:
         if place.space != "lanes":
             raise NotWidened("a store into something that all lanes share")
         given = owner.use(kind, value, True)
-        if owner.found.differs(pointer, owner.block):
+        if owner.differs(pointer):
             self._scatter(kind, given, pointer)
             return
         self._check(place, size)
-        address, mask = owner.use("ptr", pointer, False), owner.mask_of(owner.found.base[owner.block])
+        address, mask = owner.use("ptr", pointer, False), self._masks.here()
         if mask is not None:
-            before = owner.new()
-            owner.out(f"{before} = load {wide(kind)}, ptr {address}, align {aligned(size)}")
+            before = owner.result(f"load {wide(kind)}, ptr {address}, align {aligned(size)}")
             given = owner.pick(MASK, mask, wide(kind), given, before)
         owner.out(f"store {wide(kind)} {given}, ptr {address}, align {aligned(size)}")
 
@@ -128,36 +111,29 @@ class Memory:
         owner = self._owner
         addresses = owner.use("ptr", pointer, True)
         if place.space in ("lanes", "parameters"):
-            added = owner.new()
             steps = ", ".join(f"i64 {lane * size + further}" for lane in range(LANES))
-            owner.out(f"{added} = add {ADDRESSES} {addresses}, <{steps}>")
-            addresses = added
-        mask = owner.mask_of(owner.found.base[owner.block])
+            addresses = owner.result(f"add {ADDRESSES} {addresses}, <{steps}>")
+        mask = self._masks.here()
         if mask is not None:
             nowhere = owner.spread("ptr", owner.slot("%nowhere", "[64 x i8]", False))
             addresses = owner.pick(MASK, mask, ADDRESSES, addresses, nowhere)
         for lane in range(LANES):
-            number, address = owner.new(), owner.new()
-            owner.out(f"{number} = extractelement {ADDRESSES} {addresses}, i64 {lane}")
-            owner.out(f"{address} = inttoptr i64 {number} to ptr")
-            yield lane, address
+            number = owner.result(f"extractelement {ADDRESSES} {addresses}, i64 {lane}")
+            yield lane, owner.result(f"inttoptr i64 {number} to ptr")
 
     def _gather(self, kind, pointer, place):
         owner, size, found = self._owner, size_of(kind), "poison"
         kind = "i64" if kind == "ptr" else kind
         for lane, address in self._lane_addresses(pointer, place, size):
-            value, made = owner.new(), owner.new()
-            owner.out(f"{value} = load {kind}, ptr {address}, align {min(size, 4)}")
-            owner.out(f"{made} = insertelement {wide(kind)} {found}, {kind} {value}, i64 {lane}")
-            found = made
+            value = owner.result(f"load {kind}, ptr {address}, align {min(size, 4)}")
+            found = owner.result(f"insertelement {wide(kind)} {found}, {kind} {value}, i64 {lane}")
         return found
 
     def _scatter(self, kind, given, pointer, further=0):
         owner, size = self._owner, size_of(kind)
         kind = "i64" if kind == "ptr" else kind
         for lane, address in self._lane_addresses(pointer, self._place(pointer), size, further):
-            value = owner.new()
-            owner.out(f"{value} = extractelement {wide(kind)} {given}, i64 {lane}")
+            value = owner.result(f"extractelement {wide(kind)} {given}, i64 {lane}")
             owner.out(f"store {kind} {value}, ptr {address}, align {min(size, 4)}")
 
     # -- calls -------------------------------------------------------------------------------------------------------
@@ -175,14 +151,14 @@ class Memory:
 
     def _block(self, one, what):
         owner = self._owner
-        if any(owner.found.differs(value, owner.block) for _, value in one.operands):
+        if any(owner.differs(value) for _, value in one.operands):
             self._scattered_block(one, what)
             return
         (_, target), (kind, origin), (_, size) = one.operands[:3]
         spaces = {self._place(target).space} | ({self._place(origin).space} if kind == "ptr" else set())
         if not size.isdigit() or "one" in spaces or "table" in spaces:
             raise NotWidened(f"{what} of a size that is not a constant, or of what all lanes share")
-        if owner.mask_of(owner.found.base[owner.block]) is not None:
+        if self._masks.here() is not None:
             self._masked_block(one, what, int(size))
             return
         arguments = [f"ptr {owner.use('ptr', target, False)}", f"{kind} {owner.use(kind, origin, False)}",
@@ -193,7 +169,7 @@ class Memory:
 
     def _scattered_block(self, one, what):
         """Zeros at an address of its own in each lane."""
-        owner, ((_, target), (_, origin), (_, size)) = self._owner, one.operands[:3]
+        (_, target), (_, origin), (_, size) = one.operands[:3]
         if what != "memset" or origin != "0" or not size.isdigit() or int(size) % 8 or int(size) > 8 * 64:
             raise NotWidened(f"{what} at an address that differs between lanes")
         for offset in range(0, int(size), 8):
@@ -201,7 +177,7 @@ class Memory:
 
     def _masked_block(self, one, what, size):
         """Number by number, as all numbers of eight bytes."""
-        owner, mask = self._owner, self._owner.mask_of(self._owner.found.base[self._owner.block])
+        owner, mask = self._owner, self._masks.here()
         (_, target), (kind, origin), _ = one.operands[:3]
         place = self._place(target)
         if size % 8 or size > 8 * 64 or (kind != "ptr" and origin != "0") or what == "memmove":
@@ -233,8 +209,7 @@ class Memory:
             arguments = ", ".join(f"{kind} {owner.use(kind, value, False)}" for kind, value in one.operands)
             kinds = ", ".join(kind for kind, _ in one.operands)
             owner.module.declare(f"declare {one.type} @{one.detail}({kinds})")
-            made = owner.new()
-            owner.out(f"{made} = call {one.type} @{one.detail}({arguments})")
+            made = owner.result(f"call {one.type} @{one.detail}({arguments})")
             owner.define(one, made)
             return
         if found is None:
@@ -243,18 +218,17 @@ class Memory:
         kinds = [wide(kind) if i < count else kind for i, (kind, _) in enumerate(one.operands)]
         values = [owner.use(kind, value, i < count) for i, (kind, value) in enumerate(one.operands)]
         given, result = one.operands[0][0], owner.kind(one)
-        full = f"llvm.{name}.{operations.suffix(one.type)}.{operations.suffix(given)}" if name in ("ucmp", "scmp", "fptosi.sat") \
-            else f"llvm.{name}.{operations.suffix(given)}"
+        kinds_named = [one.type, given] if name in operations.NAMED_BY_BOTH else [given]
+        full = ".".join(["llvm", name, *map(operations.suffix, kinds_named)])
         owner.module.declare(f"declare {result} @{full}({', '.join(kinds)})")
-        made = owner.new()
-        owner.out(f"{made} = call {result} @{full}({', '.join(map(' '.join, zip(kinds, values)))})")
+        made = owner.result(f"call {result} @{full}({', '.join(map(' '.join, zip(kinds, values)))})")
         owner.define(one, made)
 
     def _own(self, one):
         owner = self._owner
         kinds, arguments = [], []
         for kind, value in one.operands:
-            differs = owner.found.differs(value, owner.block)
+            differs = owner.differs(value)
             if kind == "ptr":
                 if differs:
                     raise NotWidened("a function that is given another record in each lane")
@@ -263,7 +237,7 @@ class Memory:
                 continue
             kinds.append(differs)
             arguments.append(f"{wide(kind) if differs else kind} {owner.use(kind, value, differs)}")
-        mask = owner.mask_of(owner.found.base[owner.block])
+        mask = self._masks.here()
         masked = owner.masked or owner.found.base[owner.block] != ROOT
         if masked:
             arguments.append(f"{MASK} {mask}")
@@ -272,8 +246,7 @@ class Memory:
         if one.name is None or one.type == "void":
             owner.out(f"call void @{symbol}({', '.join(arguments)})")
             return
-        made = owner.new()
-        owner.out(f"{made} = call {owner.kind(one)} @{symbol}({', '.join(arguments)})")
+        made = owner.result(f"call {owner.kind(one)} @{symbol}({', '.join(arguments)})")
         owner.define(one, made)
 
     def _passed(self, value):

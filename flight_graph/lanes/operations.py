@@ -2,7 +2,7 @@
 
 import re
 
-from flight_graph.lanes.ir_text import NotWidened, item_at, size_of, split
+from flight_graph.lanes.ir_types import NotWidened, item_at, split
 
 LANES = 8
 MASK = f"<{LANES} x i1>"
@@ -11,8 +11,9 @@ ADDRESSES = f"<{LANES} x i64>"
 # functions of LLVM that exist for vectors as well -> how many of their arguments differ between lanes
 _OF_VECTORS = {"fabs": 1, "sqrt": 1, "floor": 1, "ceil": 1, "trunc": 1, "rint": 1, "nearbyint": 1, "copysign": 2,
                "minnum": 2, "maxnum": 2, "minimum": 2, "maximum": 2, "umin": 2, "umax": 2, "smin": 2, "smax": 2, "ctlz": 1,
-               "cttz": 1, "abs": 1, "ctpop": 1, "fshl": 3, "fshr": 3, "bswap": 1, "usub.sat": 2, "uadd.sat": 2, "ssub.sat": 2,
-               "sadd.sat": 2, "is.fpclass": 1, "fptosi.sat": 1, "ucmp": 2, "scmp": 2, "bitreverse": 1}
+               "cttz": 1, "abs": 1, "ctpop": 1, "fshl": 3, "fshr": 3, "bswap": 1, "usub.sat": 2, "uadd.sat": 2,
+               "ssub.sat": 2, "sadd.sat": 2, "is.fpclass": 1, "fptosi.sat": 1, "ucmp": 2, "scmp": 2, "bitreverse": 1}
+NAMED_BY_BOTH = ("ucmp", "scmp", "fptosi.sat")  # by the type of the result, and by that of the arguments
 WITHOUT_EFFECT = ("llvm.lifetime.", "llvm.assume", "llvm.experimental.noalias", "llvm.dbg.", "llvm.invariant.",
                   "llvm.donothing", "llvm.sideeffect")
 
@@ -65,5 +66,10 @@ def aligned(size: int) -> int:
     return {8: 32, 4: 32, 2: 16}.get(size, 8)
 
 
-__all__ = ["ADDRESSES", "LANES", "MASK", "WITHOUT_EFFECT", "aligned", "constant", "item_at", "size_of", "suffix",
+def count_of(kind: str) -> int:
+    """How many items an array or a structure has."""
+    return int(kind[1:].split(" x ")[0]) if kind.startswith("[") else len(split(kind[1:-1]))
+
+
+__all__ = ["ADDRESSES", "LANES", "MASK", "NAMED_BY_BOTH", "WITHOUT_EFFECT", "aligned", "constant", "count_of", "item_at", "suffix",
            "vector_function", "wide"]

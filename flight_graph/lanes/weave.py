@@ -4,8 +4,6 @@ from functools import cache
 
 import numpy as np
 
-from flight_graph.lanes.operations import LANES
-
 
 @cache
 def leaves(dtype: np.dtype) -> tuple[tuple[int, int, int], ...]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from flight_graph.components.component import Component
 from flight_graph.engines import cache as store
-from flight_graph.engines import compilation, parts, part_calls
+from flight_graph.engines import compilation, part_calls, parts
 from flight_graph.lanes import lane_driver
 
 Ranges = tuple[tuple[int, int], ...]
