@@ -1,5 +1,7 @@
 """Eight flights of one schedule bound to woven memory, and the tables that the driver of lanes walks."""
 
+from weakref import WeakKeyDictionary
+
 import numpy as np
 
 from flight_graph.engines import driver
@@ -23,7 +25,8 @@ class Group:
                          for name in (made.record, made.visible) if name}
         self._find_readers()
         self.woven = {name: self._room(name) for name in self._woven_names()}
-        self._lane_rows = {name: np.zeros(LANES, _WORD) for name in self.woven}
+        self._places = np.zeros((len(self.woven), LANES), _WORD)
+        self._known = WeakKeyDictionary()  # flight -> where its records lie
         self._made = [made for firing in self._schedule.firings for made in firing.publications]
         self._logs = np.zeros((len(self._made), LANES), _WORD)
         self._stops = np.zeros((len(self._schedule.firings), LANES), _WORD)
@@ -69,8 +72,8 @@ class Group:
         return address(table), address(table) + table.nbytes
 
     def _transfers(self, names, inward) -> np.ndarray:
-        return np.array([(address(self.woven[name]), *self._leaves(name), address(self._lane_rows[name]), inward)
-                         for name in names], TRANSFER)
+        rows = {name: address(row) for name, row in zip(self.woven, self._places)}
+        return np.array([(address(self.woven[name]), *self._leaves(name), rows[name], inward) for name in names], TRANSFER)
 
     def _make_tables(self):
         records, transfers = [], []
@@ -134,14 +137,10 @@ class Group:
         self._flights = flights
         lanes = [*flights, *[flights[0]] * (LANES - len(flights))]
         for lane, flight in enumerate(lanes):
-            for name, row in self._lane_rows.items():
-                row[lane] = address(flight.arrays[name])
-            size = driver.FIRING.itemsize
-            first = address(flight.tables.firings)
-            self._singles[:, lane] = first + size * np.arange(len(self._schedule.firings))
+            if flight not in self._known:
+                self._known[flight] = self._lie(flight)
+            self._places[:, lane], self._singles[:, lane], self._held[:, lane] = self._known[flight]
             self._logs[:, lane] = flight.tables.outputs["log"]
-            for i, hold in enumerate(self._schedule.holds):
-                self._held[i, lane] = [address(flight.arrays[name]) for name in (hold.target, hold.origin)]
         first = flights[0].tables
         for mine, theirs in ((self.firings, first.firings), (self.holds, first.holds), (self.outputs, first.outputs)):
             mine["next"] = theirs["next"]
@@ -154,6 +153,13 @@ class Group:
                             ("epoch_ns", flights[0].control["epoch_ns"][0]), ("base_ns", flights[0].control["base_ns"][0]),
                             ("next_firing", self.control["firings"][0])):
             self.control[name] = value
+
+    def _lie(self, flight):
+        """Where records, rows of firings, and held records of a flight lie."""
+        firings = address(flight.tables.firings) + driver.FIRING.itemsize * np.arange(len(self._schedule.firings))
+        held = [[address(flight.arrays[name]) for name in (hold.target, hold.origin)] for hold in self._schedule.holds]
+        return (np.array([address(flight.arrays[name]) for name in self.woven], _WORD), firings,
+                np.array(held, _WORD).reshape(-1, 2))
 
     def _move(self, transfers, lanes):
         begin = address(transfers)

@@ -71,5 +71,5 @@ def count_of(kind: str) -> int:
     return int(kind[1:].split(" x ")[0]) if kind.startswith("[") else len(split(kind[1:-1]))
 
 
-__all__ = ["ADDRESSES", "LANES", "MASK", "NAMED_BY_BOTH", "WITHOUT_EFFECT", "aligned", "constant", "count_of", "item_at", "suffix",
-           "vector_function", "wide"]
+__all__ = ["ADDRESSES", "LANES", "MASK", "NAMED_BY_BOTH", "WITHOUT_EFFECT", "aligned", "constant", "count_of", "item_at",
+           "suffix", "vector_function", "wide"]
