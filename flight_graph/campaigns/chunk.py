@@ -22,10 +22,12 @@ import pyarrow.parquet
 
 from flight_graph.campaigns.rows import type_text
 from flight_graph.errors import FlightError
+from flight_graph.text_files import size_text
 
 KEY = b"flight_campaign"
 NAME = re.compile(r"part-(\d{6,})\.parquet")
-LARGEST = 1 << 30  # [bytes] of one part
+LARGEST = 1 << 30  # [bytes] of one part, unpacked
+MOST_ROWS = 100_000  # of one part
 
 
 class Damaged(FlightError):
@@ -133,6 +135,10 @@ def decode(source, what: str, columns: list[str] | None = None) -> Part:
                                            page_checksum_verification=True)
         with file:
             about = about_of(file.schema_arrow.metadata, what)
+            size = sum(file.metadata.row_group(i).total_byte_size for i in range(file.num_row_groups))
+            if file.metadata.num_rows > MOST_ROWS or size > LARGEST:
+                claimed = f"{file.metadata.num_rows} rows of {size_text(size)}"
+                raise Damaged(f"{what} claims {claimed}, more than is read of a part")
             wanted = None if columns is None else [name for name in columns if name in file.schema_arrow.names]
             table = file.read(columns=wanted)
     except FileNotFoundError:

@@ -33,6 +33,8 @@ def fingerprints(scenario: Scenario) -> dict[str, str]:
         found |= {f"{name}.{part}": _part(node.component, part) for part in parts(node.component)}
     if scenario.file.metrics:
         found["metrics"] = _function(scenario.file.metrics, scenario.folder)
+    if scenario.measures:
+        found["measures"] = _files(("flight_graph.graphs.measures",))
     if scenario.faults:
         found["fault scores"] = _files((_SCORES,))
     vary: Vary | None = scenario.vary

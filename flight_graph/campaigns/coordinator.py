@@ -27,20 +27,25 @@ class Disagreement(FlightError):
     """Two results of one chunk that are not equal."""
 
 
-def tidy(campaign: Campaign, tell: Callable[[str], None]) -> None:
-    """Take away what killed processes of this machine left half written; put damaged parts aside, and say so."""
+def tidy(campaign: Campaign, tell: Callable[[str], None]) -> int:
+    """Take away what killed processes of this machine left half written; put damaged parts aside, and say so.
+
+    Returns how many rows there are.
+    """
     for path in campaign.path.glob(".*.tmp"):
         found = _DRAFT.fullmatch(path.name)
         if found and found["host"] == platform.node() and not _lives(int(found["process"])):
             path.unlink(missing_ok=True)
+    rows = 0
     for number in campaign.manifest.chunks:
         try:
-            campaign.read_part(number)
+            rows += campaign.read_part(number).rows
         except FileNotFoundError:
             continue
         except Damaged as error:
             put_aside(campaign, number)
             tell(f"{error}; its cases are run again")
+    return rows
 
 
 def put_aside(campaign: Campaign, number: int) -> None:
@@ -48,55 +53,51 @@ def put_aside(campaign: Campaign, number: int) -> None:
     os.replace(campaign.part(number), campaign.path / f"damaged-{number:06d}.parquet")
 
 
-def complete(campaign: Campaign, pool, progress: Callable[[int, int], None] | None = None,
+def complete(campaign: Campaign, make_pool: Callable, progress: Callable[[int, int], None] | None = None,
              tell: Callable[[str], None] = lambda sentence: None) -> Campaign:
-    """Run what is missing; return the campaign as it is then. pool: see `flight_graph.campaigns.workers`.
+    """Run what is missing; return the campaign as it is then. make_pool(): who runs it, see
+    `flight_graph.campaigns.workers`; it is asked for where something is missing.
 
     progress(rows done, rows in all) is called now and then; tell(sentence) of what a person should know. Raises
     FlightError; after it, as after KeyboardInterrupt, all parts that were written are whole.
     """
-    tidy(campaign, tell)
-    looks = Looks(campaign)
-    todo = iter(campaign.missing())
-    running, lost = {}, {}
-    rows = sum(_rows(campaign, number) for number in campaign.chunks())
-    try:
-        while True:
-            if looks.verdict() is not None:
-                break
-            while len(running) < AHEAD * pool.width and (number := next(todo, None)) is not None:
-                running[_submit(campaign, pool, number)] = number
-            if progress:
-                progress(min(rows, campaign.manifest.rows), campaign.manifest.rows)
-            if not running:
-                break
-            done, _ = wait(running, 0.2, FIRST_COMPLETED)
-            for future in done:
-                number = running.pop(future)
-                try:
-                    rows += publish(campaign, number, future.result(), tell)
-                except Lost as error:
-                    lost[number] = lost.get(number, 0) + 1
-                    if lost[number] >= MOST_LOST:
-                        raise FlightError(f"chunk {number}: {lost[number]} workers died over it ({error}); flight sweep "
-                                          f"{campaign.path} --chunk {number} runs it here, where one sees why") from None
-                    tell(f"chunk {number}: {error}; it is given to another one")
-                    running[_submit(campaign, pool, number)] = number
-    finally:
-        pool.close()
+    rows, looks = tidy(campaign, tell), Looks(campaign)
+    if looks.verdict() is None and (missing := campaign.missing()):
+        pool = make_pool()
+        try:
+            _fill(campaign, pool, missing, rows, looks, progress, tell)
+        finally:
+            pool.close()
     return looks.close(tell)
+
+
+def _fill(campaign, pool, missing, rows, looks, progress, tell):
+    todo, running, lost = iter(missing), {}, {}
+    while looks.verdict() is None:
+        room = AHEAD * pool.width
+        while len(running) < room and (number := next(todo, None)) is not None:
+            running[_submit(campaign, pool, number)] = number
+        if progress:
+            progress(min(rows, campaign.manifest.rows), campaign.manifest.rows)
+        if not running:
+            break
+        done, _ = wait(running, 0.2, FIRST_COMPLETED)
+        for future in done:
+            number = running.pop(future)
+            try:
+                rows += publish(campaign, number, future.result(), tell)
+            except Lost as error:
+                lost[number] = lost.get(number, 0) + 1
+                if lost[number] >= MOST_LOST:
+                    raise FlightError(f"chunk {number}: {lost[number]} workers died over it ({error}); flight sweep "
+                                      f"{campaign.path} --chunk {number} runs it here, where one sees why") from None
+                tell(f"chunk {number}: {error}; it is given to another one")
+                running[_submit(campaign, pool, number)] = number
 
 
 def _submit(campaign, pool, number):
     path = campaign.part(number)
     return pool.submit(number, path.read_bytes() if path.is_file() else None)
-
-
-def _rows(campaign, number) -> int:
-    try:
-        return campaign.read_part(number, []).rows
-    except (FileNotFoundError, Damaged):
-        return 0
 
 
 def publish(campaign: Campaign, number: int, content: bytes, tell: Callable[[str], None]) -> int:

@@ -13,7 +13,7 @@ from functools import cached_property
 from pathlib import Path
 
 from flight_graph.campaigns import code
-from flight_graph.campaigns.chunk import write_durably
+from flight_graph.campaigns.chunk import MOST_ROWS, write_durably
 from flight_graph.components.foreign import Consent
 from flight_graph.errors import FlightError
 from flight_graph.graphs.named_code import foreign_code
@@ -25,7 +25,7 @@ FILE = "campaign.json"
 FORMAT = 1
 LARGEST = 64 << 20  # [bytes] of the file
 CHUNKS = 32  # that a campaign has at least, where its runs allow it
-LARGEST_CHUNK, MOST_CHUNK = 1000, 100_000  # [runs] by itself, and when it is asked for
+LARGEST_CHUNK = 1000  # [runs] by itself
 
 
 @dataclass(frozen=True)
@@ -60,8 +60,8 @@ class Manifest:
         if clash:
             raise FlightError(f"{scenario.origin}: '{clash[0]}' is varied by the sweep; it cannot be set as well")
         runs = checked_runs(scenario, runs)
-        if chunk is not None and not 1 <= chunk <= MOST_CHUNK:
-            raise FlightError(f"--chunk-size {chunk}: allowed: 1 to {MOST_CHUNK} runs")
+        if chunk is not None and not 1 <= chunk <= MOST_ROWS:
+            raise FlightError(f"--chunk-size {chunk}: allowed: 1 to {MOST_ROWS} runs")
         plain = json.loads(json.dumps({
             "scenario": scenario.file.model_dump(by_alias=True, exclude_none=True, exclude={"vary"}),
             "vary": scenario.file.vary, "resolved": scenario.resolved(), "set_by_hand": set_by_hand or {}}, default=str))

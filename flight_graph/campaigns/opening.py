@@ -97,9 +97,12 @@ def fill(campaign: Campaign, scenario: Scenario, make_pool, progress=None, tell=
     """Run what is missing of a campaign. make_pool(manifest, scenario): who runs it. Raises FlightError."""
     if numba.config.DISABLE_JIT:
         raise FlightError("a sweep runs on the compiled engine; unset NUMBA_DISABLE_JIT")
-    if campaign.missing():
+
+    def pool():
         compile_first(scenario, campaign.manifest.runs)
-    return coordinator.complete(campaign, make_pool(campaign.manifest, scenario), progress, tell)
+        return make_pool(campaign.manifest, scenario)
+
+    return coordinator.complete(campaign, pool, progress, tell)
 
 
 def run_here(scenario: Scenario, folder: Path, runs: int | None = None, workers: int | None = None,

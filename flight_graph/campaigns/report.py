@@ -226,6 +226,9 @@ def _notes(values, missing, choices):
     if values.pool and len(values.combinations) > 1:
         notes.append(f"{len(values.combinations)} combinations are put together (--pool); they meet the same draws, so "
                      "their runs are not independent")
+    if values.campaign.manifest.ended:
+        notes.append(f"the stopping rule ended this campaign, so the interval of {values.vary.file.until.metric} is "
+                     "the one that the rule gave; the one in the table is of a number of runs that was fixed before")
     bad = len(values.cases) - int(values.ok.sum())
     if bad:
         notes.append(f"{bad} of {len(values.cases)} runs did not end well; they are no success of any rate, and in no "

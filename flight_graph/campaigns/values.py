@@ -72,7 +72,7 @@ class Values:
         fixed = dict.fromkeys(key for _, values in found for key in values)
         told = [key for key in fixed if len({repr(values.get(key)) for _, values in found}) > 1]
         grid = [key for key in told if key in self.vary.file.grid]
-        return [", ".join([*([name] if name else []), *(f"{key} {values[key]}" for key in (grid if name else told)
+        return [", ".join([*([name] if name else []), *(f"{key} {_word(values[key])}" for key in (grid if name else told)
                                                         if key in values)]) for name, values in found]
 
     @cached_property
@@ -117,6 +117,10 @@ class Values:
             else:
                 found[key] = column
         return found, others
+
+
+def _word(value) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def _numbers(column: pyarrow.ChunkedArray):

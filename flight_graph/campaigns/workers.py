@@ -62,6 +62,7 @@ class Processes:
 
     def __init__(self, manifest: Manifest, width: int):
         self.width, self._manifest = width, manifest
+        os.environ["PYTHONSAFEPATH"] = "1"  # files of the folder where one types are no modules of the processes
         self._pool = self._fresh()
 
     def _fresh(self):

@@ -13,7 +13,7 @@ from flight_graph.errors import FlightError
 from flight_graph.faults import fault_file
 from flight_graph.faults.fault_set import FaultSet
 from flight_graph.faults.report import REPORT
-from flight_graph.graphs import expressions
+from flight_graph.graphs import events, expressions
 from flight_graph.graphs.scenario import Scenario, override
 from flight_math.noise import stream_key
 
@@ -123,12 +123,15 @@ class _Base:
 
 
 def _faults(made, base):
-    """The faults of a scenario whose values have changed; its monitors are those of the base."""
-    entries = base.faults.entries
+    """Faults and events of a scenario whose values have changed; its monitors are those of the base."""
+    entries, changes = base.faults.entries, base.faults.changes
+    if changes:
+        nodes = {name: made.graph.nodes[name] for name in made.file.components}
+        changes = events.changes(made.file.events, nodes, f"{made.origin}: events", made.folder)
     if made.file.faults is not base.file.faults:
         entries = made._with_spares(fault_file.read(made.file.faults or [], f"{made.origin}: faults"))
     return FaultSet(entries, made.graph.nodes, made.seed, f"{made.origin}: faults", base.faults.monitors, made.epoch_ns,
-                    bool(made.live_ids))
+                    bool(made.live_ids), changes)
 
 
 def _is_structural(key: str) -> bool:

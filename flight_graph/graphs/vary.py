@@ -100,7 +100,10 @@ class Vary:
             raise FlightError(f"{origin}: vary: {len(self.combinations)} combinations, each run {file.runs} times; "
                               f"allowed: {MOST_RUNS} runs in one sweep")
         self._keys()
-        self.sampler = Sampler(file.sampling, file.random, file.correlated, file.seed)
+        try:
+            self.sampler = Sampler(file.sampling, file.random, file.correlated, file.seed)
+        except ValueError as error:
+            raise FlightError(f"{origin}: vary.sampling: {error}") from None
         if file.function:
             functions.check_there(file.function, f"{origin}: vary.function")
 

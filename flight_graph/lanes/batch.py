@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from flight_graph.engines.compiled import Flight
+from flight_graph.errors import FlightError
 from flight_graph.lanes import wide_parts
 from flight_graph.lanes.group import Group
 from flight_graph.lanes.operations import LANES
@@ -45,6 +46,7 @@ class SideBySide:
 
     def __init__(self, runs: int | None = None):
         self.report, self._runs, self._seconds = Report(), runs, None
+        self._hopeless = False  # the compiler failed
         self._differs, self._groups = {}, {}  # form -> node -> ranges; form -> (wide parts, Group)
 
     def advance(self, flights: list[Flight], ticks: int, watch: Callable | None = None) -> None:
@@ -89,6 +91,8 @@ class SideBySide:
     def _group(self, form, flights) -> Group | None:
         """Woven memory for flights of a form; None where they go one by one."""
         first = flights[0]
+        if self._hopeless:
+            return None
         if form is None or first.bounds_checked:
             self.report.reasons["engine"] = "plain Python and checked bounds work on one run at a time"
             return None
@@ -114,7 +118,12 @@ class SideBySide:
                 self.report.reasons["machine code"] = f"{len(missing)} parts to compile for {LANES} at a time would not pay"
                 return None
             self.report.reasons.pop("machine code", None)
-            found = wide_parts.load(asked)
+            try:
+                found = wide_parts.load(asked)
+            except FlightError as error:
+                self.report.reasons["machine code"] = str(error)
+                self._hopeless = True
+                return None
         reasons = {name: "faults or monitors" for name in faulty} | {
             name: wide.refused for name, wide in found.items() if wide.refused}
         self.report.reasons.update(reasons)

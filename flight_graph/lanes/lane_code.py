@@ -4,12 +4,12 @@ import llvmlite.binding as llvm
 
 from flight_graph.components import registry
 from flight_graph.engines import cache, object_code, part_calls, parts
-from flight_graph.errors import FlightError
 from flight_graph.lanes import lane_driver, weave
 from flight_graph.lanes.ir_text import functions
 from flight_graph.lanes.ir_types import NotWidened
 from flight_graph.lanes.operations import LANES
 from flight_graph.lanes.widen import Module
+from flight_graph.text_files import short
 
 
 def compile_part(use: str, part: str, key: str, differs: list) -> None:
@@ -43,7 +43,9 @@ def part_code(component, part: str, symbol: str, differs: list) -> tuple[bytes, 
             return widened(module, machine, symbol, records[0][0].itemsize, differs, widths)
         except NotWidened as reason:
             refused.append(str(reason))
-            return object_code.optimise(module, machine)
+        except Exception as error:  # what LLVM writes changes from version to version
+            refused.append(f"its code has a form that is not known ({type(error).__name__}: {short(str(error))})")
+        return object_code.optimise(module, machine)
 
     code, errors = object_code.part_code(getattr(component, part), part_calls.compiled_arguments(component, part),
                                          len(records) - 2, symbol, fault, optimised)
@@ -59,11 +61,8 @@ def widened(module, machine, symbol: str, parameters: int, differs, widths):
     made = Module(functions(text), parameters, differs, widths)
     made.entry(symbol, symbol)
     head = [line for line in text.splitlines() if line.startswith(("target ", "@"))]
-    try:
-        result = llvm.parse_assembly("\n".join([*head, made.text()]))
-        result.verify()
-    except RuntimeError as error:
-        raise FlightError(f"the wide form of {symbol} is not what LLVM takes: {error}") from None
+    result = llvm.parse_assembly("\n".join([*head, made.text()]))
+    result.verify()
     _optimise(result, machine, False)
     return result
 

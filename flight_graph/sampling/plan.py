@@ -94,8 +94,12 @@ class Points:
     """The points of a plan. streams: (key of the stream, dimensions) of each key that is drawn, in order."""
 
     def __init__(self, sampling: Sampling, streams: list[tuple[int, int]]):
+        """Raises ValueError when a Sobol sequence has not so many dimensions."""
         self._plan, self._size = sampling.plan, sampling.block or BLOCK
         self._dimensions = [(key, index) for key, count in streams for index in range(count)]
+        wanted = len(self._dimensions) * {"sobol": 1, "saltelli": 2}.get(self._plan, 0)
+        if wanted > MOST_DIMENSIONS:
+            raise ValueError(f"{self._plan}: {wanted} dimensions; allowed: {MOST_DIMENSIONS}")
         self._stretch = lru_cache(maxsize=4)(self._made)
 
     def row(self, number: int, second: bool = False) -> list[float]:
@@ -103,16 +107,16 @@ class Points:
         if not self._dimensions:
             return []
         size = self._size if self._plan == "latin_hypercube" else STRETCH
-        both = self._stretch(number // size)[number % size]
+        both = self._stretch(number // size)[number % size].tolist()
         width = len(self._dimensions)
         return both[width:] if second else both[:width]
 
-    def _made(self, block: int) -> list[list[float]]:
+    def _made(self, block: int) -> np.ndarray:
         if self._plan == "latin_hypercube":
             return np.column_stack([latin_hypercube(key, index, block, self._size)
-                                    for key, index in self._dimensions]).tolist()
+                                    for key, index in self._dimensions])
         again = [(key ^ 1, index) for key, index in self._dimensions] if self._plan == "saltelli" else []
         words = self._words(tuple(self._dimensions + again))
-        return sobol(block * STRETCH, STRETCH, words).tolist()
+        return sobol(block * STRETCH, STRETCH, words)
 
     _words = staticmethod(lru_cache(maxsize=16)(lambda keys: scrambling(list(keys))))

@@ -16,6 +16,7 @@ import numpy as np
 from scipy import special, stats
 
 LEAST_SAMPLES = 10  # [-] rows of an interval, beside the inputs that are taken out
+MOST_INPUTS = 60  # [-] of partial correlations
 MOST_ROWS = 20_000  # [-] of which the variance is taken
 WORST_CONDITION = 1e10  # [-] of the correlations: beyond it inputs follow from each other
 
@@ -48,8 +49,8 @@ class Indices:
 
 @dataclass(frozen=True)
 class Correlation:
-    """Rank correlation of an input with a metric. partial: without what the other inputs explain; None: too few rows,
-    or one of the two does not vary."""
+    """Rank correlation of an input with a metric. partial: without what the other inputs explain; None: too few rows
+    or too many inputs, or one of the two does not vary."""
 
     key: str
     value: float | None
@@ -102,7 +103,7 @@ def rank_correlations(inputs: dict, values, confidence: float = 0.95) -> list[Co
     if n < 3 or not varies[-1] or not used:
         return [Correlation(name, *[None] * 6, n, left_out) for name in names]
     matrix = np.corrcoef(ranked[:, [*used, -1]].T)
-    whole = n >= LEAST_SAMPLES + len(used) and np.linalg.cond(matrix) < WORST_CONDITION
+    whole = n >= LEAST_SAMPLES + len(used) and len(used) <= MOST_INPUTS and np.linalg.cond(matrix) < WORST_CONDITION
     partial, slopes = _partial(matrix) if whole else (None, [])
     own, joint = _influences(ranked[:MOST_ROWS, [*used, -1]] / n, slopes)
     found = []
@@ -136,11 +137,12 @@ def _influences(shares, slopes):
     u = shares - shares.mean(axis=0)
     order = np.argsort(u, axis=0, kind="stable")
     own, joint = [], np.zeros((len(slopes), len(u)))
-    for b in range(u.shape[1]):
+    last = u.shape[1] - 1
+    for b in range(0 if slopes else last, last + 1):
         for a in range(b):
             part = u[:, a] * u[:, b] + _above(u, order, a, b) + _above(u, order, b, a)
             part = 12.0 * (part - part.mean())
-            if b == u.shape[1] - 1:
+            if b == last:
                 own.append(float(part.std()))
             for row, slope in zip(joint, slopes):
                 row += (slope[a, b] + slope[b, a]) * part

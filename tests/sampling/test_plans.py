@@ -160,6 +160,7 @@ def block(**given):
     ({"random": {"p.x": {"uniform": [0, 1], "truncated": [0, 1]}}}, "it goes with normal"),
     ({"until": {"metric": "landed", "half_width": 0.01}, "sampling": "sobol"}, "needs independent draws"),
     ({"until": {"metric": "landed", "half_width": 0.01, "width": 1}}, "allowed here: metric, half_width"),
+    ({"sampling": "saltelli", "random": {f"p.{i}": {"uniform": [0, 1], "size": 10_000} for i in "ab"}}, "allowed: 21201"),
     ({"fraction": {"p.g": ["p.h"]}}, "'p.g' is no key of the grid"),
 ])
 def test_refusals(given, words):

@@ -21,12 +21,12 @@ def miss(gain=1.0):
     return judged
 
 
-def write(folder, vary, judged, runs=None, step=64):
+def write(folder, vary, judged, runs=None, step=64, ended=None):
     """A campaign's folder of this vary block. judged(case, values) -> (status, metrics)."""
     folder.mkdir()
     block = Vary(vary, "toy")
     manifest = Manifest("toy", {}, vary, {}, {}, step, runs or block.count, origin="toy.yaml",
-                        combinations=len(block.combinations))
+                        combinations=len(block.combinations), ended=ended)
     manifest.save(folder)
     for number in manifest.chunks:
         found = []

@@ -80,6 +80,16 @@ def test_groups_are_never_pooled_silently(folders):
     assert len(worst) == 3 and all(one["case"] % 3 == number for number, group in enumerate(worst) for one in group["cases"])
 
 
+def test_a_campaign_that_its_rule_has_ended_says_whose_interval_counts(tmp_path):
+    until = {"metric": "landed", "half_width": 0.1}
+    ended = {"runs": 128, "sentence": "ended by its stopping rule after 128 runs: landed 0.9 in [0.82, 0.95]"}
+    folder = write(tmp_path / "ended", {**MISS, "until": until}, miss(), ended=ended)
+    found = json.loads(asked(folder, "--json"))
+    assert (found["rows"], found["wanted"]) == (128, 128), "chunks beyond the end are not counted"
+    assert any("the interval of landed is the one that the rule gave" in note for note in found["notes"])
+    assert "ended by its stopping rule" in asked(folder)
+
+
 def test_worst_cases_are_those_of_a_sort(folders, truth):
     campaign = Campaign.open(folders["one"])
     (group,) = reports.worst(campaign, "lateral_m", 5)["groups"]

@@ -127,6 +127,14 @@ def test_a_flipped_bit_is_found_or_changes_no_row(whole):
     assert found > 200
 
 
+def test_a_part_that_unpacks_to_more_than_is_read_of_one(whole):
+    table = pyarrow.table({"case": pyarrow.array([0] * 100_001)})
+    content = encode(table, whole.manifest.identity, 0)
+    assert len(content) < 10_000
+    with pytest.raises(Damaged, match="claims 100001 rows of"):
+        decode(content, "it")
+
+
 def test_damaged_parts_are_run_again_and_that_is_said(whole, tmp_path):
     campaign, scenario = made(tmp_path / "c")
     filled(campaign, scenario)

@@ -58,6 +58,15 @@ def test_rates_laws_and_durations_share_nothing_wrongly(width):
         assert by_hand(scenario, number) == ("ok", forward[number].metrics)
 
 
+def test_events_change_what_was_drawn():
+    """A parameter that is drawn, and set to another value while the graph runs; and one that is drawn beside it."""
+    scenario = swept({"random": {"controller.kp": {"uniform": [0.2, 0.9]}, "plant.inertia": {"uniform": [1.5, 2.5]}}, "runs": 3},
+                     events=[{"at_s": 0.4, "set": {"controller.kp": 0.1}}])
+    rows = Cases(scenario).rows(range(3))
+    assert [("ok", row.metrics) for row in rows] == [by_hand(scenario, number) for number in range(3)]
+    assert len({row.metrics["digest"] for row in rows}) == 3
+
+
 def test_the_topics_that_metrics_ask_for_are_found_out():
     """A function that reads one topic or another: what was left out of the log is flown again with it."""
     scenario = swept(RANDOM, metrics="tests.sweep.sweep_scenarios:patchy")
