@@ -13,7 +13,6 @@ from flight_graph.cli.scenario_tables import show
 from flight_graph.cli.show import RunProgress, add, console, metrics_table, status
 from flight_graph.cli.trust import Trust, asked
 from flight_graph.errors import FlightError
-from flight_graph.text_files import short
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
 Settings = Annotated[list[str] | None, typer.Option(
@@ -171,35 +170,7 @@ def node(
     raise typer.Exit(main(package, arguments[0], arguments[1:]))
 
 
-def parse_settings(settings) -> dict:
-    """``--set KEY=VALUE`` pairs as a dictionary; values are YAML."""
-    parsed = {}
-    for text in settings or []:
-        key, equals, value = text.partition("=")
-        if not equals or not key:
-            raise FlightError(f"--set {text}: write COMPONENT.PARAM=VALUE")
-        try:
-            parsed[key] = yaml_text.parse(value, "")
-        except FlightError:
-            raise FlightError(f"--set {short(text)}: '{short(value)}' is no value") from None
-    return parsed
-
-
 def overrides(scenario, settings, params=None, seed=None, duration=None, consent=None) -> dict:
     """What the options of a command set in a scenario, by key. consent: as for `scenario.load`; None: to everything."""
-    found = {}
-    if params:
-        from flight_graph.components import parameter_file
-        from flight_graph.graphs import scenario as scenarios
-        data, _, folder = scenarios.read(scenario, **({"consent": consent} if consent else {}))
-        for path in params:
-            values, remarks = parameter_file.overrides(path, data["components"], folder)
-            found.update(values)
-            for remark in remarks:
-                status(f"warning: {remark}; this section is left out")
-    found.update(parse_settings(settings))
-    if seed is not None:
-        found["seed"] = seed
-    if duration is not None:
-        found["duration_s"] = duration
-    return found
+    from flight_graph.graphs import overrides as given
+    return given.overrides(scenario, settings, params, seed, duration, consent, tell=status)

@@ -124,7 +124,7 @@ class SideBySide:
                 self.report.reasons["machine code"] = str(error)
                 self._hopeless = True
                 return None
-        reasons = {name: "faults or monitors" for name in faulty} | {
+        reasons = {name: "faults, monitors or events" for name in faulty} | {
             name: wide.refused for name, wide in found.items() if wide.refused}
         self.report.reasons.update(reasons)
         wide = {name: one for name, one in found.items() if not one.refused}

@@ -197,7 +197,7 @@ class Launch:
             self.pids.pop(name, None)
             self.crashed = self.crashed or event["exit"] < 0
             if (event["exit"] or not self._is_ending) and name not in self._killed and not self.error:
-                self.error = self._ended(name, _how(event["exit"]))
+                self.error = self._ended(name, how_it_ended(event["exit"]))
         elif "stopped" in event:
             if not self._is_ending and not self.error:
                 self.error = (f"the node {name} was asked to end before the run was over (SIGTERM, SIGINT or the shutdown "
@@ -311,5 +311,6 @@ def refuse(scenario: Scenario) -> None:
                           "'flight_graph[ros]'")
 
 
-def _how(code):
+def how_it_ended(code: int) -> str:
+    """The end of a process in words."""
     return f"signal {signal.Signals(-code).name}" if code < 0 else f"exit status {code}"

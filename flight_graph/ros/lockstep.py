@@ -4,6 +4,7 @@ import time
 
 from flight_graph.errors import FlightError
 from flight_graph.ros.clock import ClockInput
+from flight_graph.ros.matching import match, sources_of
 from flight_graph.timebase import SECOND
 from msg_schemas.signal import SignalMismatch
 
@@ -15,7 +16,7 @@ def run(node) -> None:
     settings, component = node.settings, node.component
     paced = any(source.period_ns for source in settings.sources.values())
     clock = None if paced or settings.clock_master else ClockInput(node)
-    node.match()
+    match(node)
     node.progress.tell(0)
     if settings.clock_master:
         wait_for_nodes(node, 0)
@@ -93,7 +94,7 @@ def _advance(node, name, port, expected, deadline):
 
 def _source(node, port) -> str:
     """The nodes that publish an input's topic, or did, in words."""
-    return node.sources_of(port) or f"{port.sources or 'nobody'} (no publisher is left)"
+    return sources_of(node, port) or f"{port.sources or 'nobody'} (no publisher is left)"
 
 
 def wait_for_nodes(node, t_ns: int) -> None:

@@ -12,7 +12,7 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSPolicyKind, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from flight_graph.ros import slots
-from msg_schemas.qos import Qos
+from msg_schemas.qos import Qos, alone
 from msg_schemas.signal import Signal
 
 SLICE_NS = 50_000_000  # [ns] longest wait before Python looks at signals again
@@ -37,9 +37,14 @@ def profile(qos: Qos) -> QoSProfile:
         durability=DurabilityPolicy.TRANSIENT_LOCAL if qos.transient_local else DurabilityPolicy.VOLATILE)
 
 
+def _is_alone(node) -> bool:
+    """Whether a node runs by itself, at the pace of the wall: what it has missed is gone."""
+    return not node.settings.supervised and not node.settings.lockstep
+
+
 def overridable(node) -> QoSOverridingOptions | None:
     """Parameters ``qos_overrides.<topic>.subscription.reliability`` and so on, for a node that runs alone."""
-    kinds = (QoSPolicyKind.RELIABILITY, QoSPolicyKind.DURABILITY, QoSPolicyKind.DEPTH)
+    kinds = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY, QoSPolicyKind.DURABILITY)
     return None if node.settings.supervised else QoSOverridingOptions(kinds)
 
 
@@ -149,7 +154,8 @@ class InputPort:
     def __init__(self, node, name: str, signal: Signal, topic: str, epoch_ns: int, group, slotted: bool = False):
         self.name, self.signal, self.epoch_ns = name, signal, epoch_ns
         self.payload, self.record = signal.new()
-        self.subscription = RawSubscription(node, topic, signal.type_name, signal.role.qos, group, overridable(node))
+        asked = alone(signal.role) if _is_alone(node) else signal.role.qos
+        self.subscription = RawSubscription(node, topic, signal.type_name, asked, group, overridable(node))
         self._reader = slots.SlotReader(self.subscription, RawSubscription(
             node, slots.slots_topic(topic), slots.TYPE, slots.QOS_OF_SLOTS, group),
             lossy=not node.settings.lockstep) if slotted else None

@@ -17,6 +17,7 @@ from flight_graph.recordings.recording import RecordedTopic, RunBag, formatted_p
 from flight_graph.ros import live_faults, parameter_changes, texts
 from flight_graph.ros.ports import LoopOnly, RawSubscription, is_importable
 from flight_graph.ros.progress import Progress
+from flight_graph.ros.silence import Silence
 from flight_graph.ros.slots import TYPE as SLOT_TYPE
 from flight_graph.ros.slots import SlotReader, slots_topic
 from flight_graph.timebase import SECOND
@@ -186,17 +187,20 @@ class Recorder:
 
 
 def run(node, scenario: Scenario, folder: Path, settings) -> dict:
-    """Record until every topic is complete or the node is asked to end; return the outcome. Raises FlightError."""
+    """Record until every topic is complete, the node is asked to end, or nothing more will come; return the outcome.
+
+    Raises FlightError, with the bag closed.
+    """
     bag = RunBag(folder, scenario, "ros", node.pace)
     bag.writer.metadata("flight_graph.ros", {"domain_id": os.environ.get("ROS_DOMAIN_ID") or "0"})
     recorder = Recorder(node, scenario, bag, settings, LoopOnly())
     progress = Progress(node, settings)
     recorder.listeners = _listeners(node, scenario, recorder.streams) if settings.supervised else []
+    silence = Silence(node, scenario, settings, recorder.streams)
     try:
         _wait_for_publishers(node, recorder, settings, progress)
         progress.tell(0)
-        while not recorder.done and not node.should_end():
-            recorder.drain()
+        while not recorder.done and not node.should_end() and not silence.is_final(recorder.drain()):
             mark = recorder.watermark()
             recorder.write_before(mark)
             progress.tell(mark, now=True)
@@ -220,6 +224,8 @@ def run(node, scenario: Scenario, folder: Path, settings) -> dict:
     if settings.lockstep and lost:
         raise FlightError(f"{node.get_name()}: messages were lost in lockstep: " + ", ".join(
             f"{count} on {topic}" for topic, count in lost.items()))
+    if silence.sentence:
+        raise FlightError(silence.sentence)
     progress.tell(recorder.end_ns, now=True)
     return outcome
 
@@ -234,7 +240,6 @@ def _listeners(node, scenario, streams) -> list[RawSubscription]:
     """Ears for what a graph publishes for others alone, so that `ros2 doctor` finds no topic without a subscriber."""
     graph, types = scenario.graph, {"/clock": "rosgraph_msgs/msg/Clock"}
     for name, found in graph.nodes.items():
-        types[f"{name}/transition_event"] = "lifecycle_msgs/msg/TransitionEvent"
         signals = [graph.signal(name, port) for port in found.component.outputs]
         types |= {made.topic: made.type_name for made in [*signals, *found.component.formatted]}
         types |= {slots_topic(signal.topic): SLOT_TYPE for port, signal in found.component.outputs.items()

@@ -55,7 +55,7 @@ def test_out_that_no_disk_has(flight, tmp_path, name):
 
 def test_numbers_of_set_as_people_write_them(flight):
     for text, number in (("1e-3", 1e-3), ("1E-3", 1e-3), (".001", 1e-3), ("1.e-3", 1e-3)):
-        from flight_graph.cli.scenarios import parse_settings
+        from flight_graph.graphs.overrides import parse_settings
         assert parse_settings([f"controller.k_a={text}"]) == {"controller.k_a": number}
     assert load("cubli_asteroid", {"controller.k_a": 1e-3}).graph.nodes["controller"].values["k_a"]
 
