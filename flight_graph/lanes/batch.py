@@ -31,6 +31,11 @@ class Report:
     singly: int = 0
     reasons: dict[str, str] = field(default_factory=dict)
 
+    def add(self, other: "Report") -> None:
+        """Count the flights of another one as well."""
+        self.side_by_side, self.singly = self.side_by_side + other.side_by_side, self.singly + other.singly
+        self.reasons |= other.reasons
+
     def sentence(self) -> str:
         """What a person reads."""
         text = f"{self.side_by_side} runs {LANES} at a time, {self.singly} one at a time"
