@@ -5,6 +5,8 @@ from flight_graph.lanes.divergence import ROOT, Place
 from flight_graph.lanes.ir_types import NotWidened, size_of
 from flight_graph.lanes.operations import ADDRESSES, LANES, MASK, aligned, wide
 
+_LONGEST = 4096  # [bytes] that are set or copied number by number, for some lanes
+
 
 class Memory:
     """What a `Widened` function does with memory."""
@@ -170,7 +172,7 @@ class Memory:
     def _scattered_block(self, one, what):
         """Zeros at an address of its own in each lane."""
         (_, target), (_, origin), (_, size) = one.operands[:3]
-        if what != "memset" or origin != "0" or not size.isdigit() or int(size) % 8 or int(size) > 8 * 64:
+        if what != "memset" or origin != "0" or not size.isdigit() or int(size) % 8 or int(size) > _LONGEST:
             raise NotWidened(f"{what} at an address that differs between lanes")
         for offset in range(0, int(size), 8):
             self._scatter("i64", "zeroinitializer", target, LANES * offset)
@@ -180,7 +182,7 @@ class Memory:
         owner, mask = self._owner, self._masks.here()
         (_, target), (kind, origin), _ = one.operands[:3]
         place = self._place(target)
-        if size % 8 or size > 8 * 64 or (kind != "ptr" and origin != "0") or what == "memmove":
+        if size % 8 or size > _LONGEST or (kind != "ptr" and origin != "0") or what == "memmove":
             raise NotWidened(f"a large {what} for some lanes")
         number = wide("i64")
         to, values = owner.use("ptr", target, False), []
