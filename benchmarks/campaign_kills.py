@@ -1,6 +1,6 @@
 """What kill -9 costs a campaign: coordinators, workers of a Dask cluster and tasks of a job array, killed at random.
 
-    python benchmarks/campaign_kills.py [--kills 25] [--tasks 50] [--at-once 4] [--runs 600]
+    python benchmarks/campaign_kills.py [--kills 25] [--tasks 50] [--at-once 4] [--runs 600] [--only dask]
 
 Three times the same campaign (cubli_asteroid, 60 s, drawn masses): its coordinator is killed and started again; processes
 of its Dask cluster are killed; 50 array tasks of which every third is killed and repeated, every fifth runs twice at once.
@@ -111,6 +111,7 @@ def main() -> None:
     options.add_argument("--tasks", type=int, default=50)
     options.add_argument("--at-once", type=int, default=4, help="array tasks at a time")
     options.add_argument("--runs", type=int, default=600)
+    options.add_argument("--only", choices=("coordinator", "dask", "array"), help="one of the three")
     chosen = options.parse_args()
     chunk = -(-chosen.runs // chosen.tasks)
     with tempfile.TemporaryDirectory() as work:
@@ -118,14 +119,16 @@ def main() -> None:
         opening.fill(whole, scenario, lambda *given: opening.Threads(*given, 2))
         expected = parts(whole.path)
         print(f"{chosen.runs} runs in {len(expected)} parts of {chunk}; processes killed with kill -9, seeded moments")
-        one, _ = campaign(Path(work) / "coordinator", chosen.runs, chunk)
-        killed = coordinators(one.path, chosen.kills, random.Random(1))
-        report("coordinator", killed, one, expected)
-        two, scenario = campaign(Path(work) / "dask", chosen.runs, chunk)
-        report("workers of a Dask cluster", workers(two, scenario, chosen.kills, random.Random(2)), two, expected)
-        three, _ = campaign(Path(work) / "array", chosen.runs, chunk)
-        killed, twice = tasks(three.path, len(three.manifest.chunks), chosen.at_once, random.Random(3))
-        report(f"array tasks ({len(three.manifest.chunks)}, {twice} of them twice at once)", killed, three, expected)
+        for kind in (chosen.only,) if chosen.only else ("coordinator", "dask", "array"):
+            made, scenario = campaign(Path(work) / kind, chosen.runs, chunk)
+            if kind == "coordinator":
+                who, killed = kind, coordinators(made.path, chosen.kills, random.Random(1))
+            elif kind == "dask":
+                who, killed = "workers of a Dask cluster", workers(made, scenario, chosen.kills, random.Random(2))
+            else:
+                killed, twice = tasks(made.path, len(made.manifest.chunks), chosen.at_once, random.Random(3))
+                who = f"array tasks ({len(made.manifest.chunks)}, {twice} of them twice at once)"
+            report(who, killed, made, expected)
 
 
 def report(who: str, killed: int, made: Campaign, expected: dict) -> None:

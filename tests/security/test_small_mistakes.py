@@ -101,9 +101,10 @@ def test_values_beyond_reason(flight, tmp_path, options, words):
 
 @pytest.mark.parametrize("content", ["{", "[]", "[" * 100_000, "1", ""])
 def test_a_sweep_that_is_continued_from_something_else(flight, tmp_path, content):
-    (tmp_path / "sweep.json").write_text(content)
-    done = flight("sweep", "lander_monte_carlo", "--resume", "--out", tmp_path)
-    assert done.status == 2 and "--resume: " in done.err, done.err
+    (tmp_path / "campaign.json").write_text(content)
+    for words in (["lander_monte_carlo", "--resume", "--out", tmp_path], [tmp_path, "--resume"]):
+        done = flight("sweep", *words)
+        assert done.status == 2 and "campaign.json: this is no " in done.err, done.err
 
 
 def test_a_run_without_end_can_be_interrupted(monkeypatch):
