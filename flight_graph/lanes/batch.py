@@ -18,6 +18,7 @@ from flight_graph.lanes.operations import LANES
 
 FEWEST = 4  # flights that are faster side by side than one after the other
 CHUNK = 20_000  # [ticks] between calls of watch
+ROUNDS = 8  # until it is judged whether lanes pay
 SAVED = 0.6  # part of a run's time
 PRICE = 5.0  # [s] of CPU to compile a part
 _LOADING = threading.Lock()
@@ -50,8 +51,8 @@ class SideBySide:
     """
 
     def __init__(self, runs: int | None = None):
-        self.report, self._runs, self._seconds = Report(), runs, None
-        self._hopeless = False  # the compiler failed
+        self.report, self._runs, self._seconds = Report(), runs, None  # [s] for a tick of a run that goes alone
+        self._hopeless, self._slow, self._times = False, set(), {}  # the compiler failed; forms that took longer
         self._differs, self._groups = {}, {}  # form -> node -> ranges; form -> (wide parts, Group)
 
     def advance(self, flights: list[Flight], ticks: int, watch: Callable | None = None) -> None:
@@ -68,12 +69,13 @@ class SideBySide:
                 self._advance(form, alike[first:first + LANES], ticks, watch)
 
     def _advance(self, form, flights, ticks, watch):
-        group = self._group(form, flights) if len(flights) >= FEWEST else None
+        group = self._group(form, flights, ticks) if len(flights) >= FEWEST else None
         if group is None:
             self._one_by_one(flights, ticks, watch)
             return
+        began, start = _clock(), flights[0].tick
         group.bind(flights)
-        reached = flights[0].tick
+        reached = start
         while reached < ticks and group.is_alive():
             reached = min(ticks, reached + CHUNK)
             group.advance(reached)
@@ -81,22 +83,33 @@ class SideBySide:
                 watch()
         group.release()
         self.report.side_by_side += len(flights)
+        if reached > start:
+            self._compare(form, (_clock() - began) / (reached - start) / len(flights))
+
+    def _compare(self, form, seconds):
+        """Go back to one by one where the best of some rounds took longer for a tick of a flight."""
+        times = self._times.setdefault(form, [])
+        times.append(seconds)
+        if len(times) == ROUNDS and self._seconds is not None and min(times) > self._seconds:
+            self._slow.add(form)
+            self.report.reasons["time"] = "side by side took longer than one by one"
 
     def _one_by_one(self, flights, ticks, watch):
         for flight in flights:
-            began = time.thread_time()
+            began, start = _clock(), flight.tick
             while not flight.stop and flight.tick < ticks:
                 flight.advance(min(ticks, flight.tick + CHUNK))
                 if watch:
                     watch()
-            if self._seconds is None:
-                self._seconds = time.thread_time() - began
+            if flight.tick > start:
+                seconds = (_clock() - began) / (flight.tick - start)
+                self._seconds = seconds if self._seconds is None else min(seconds, self._seconds)
         self.report.singly += len(flights)
 
-    def _group(self, form, flights) -> Group | None:
+    def _group(self, form, flights, ticks) -> Group | None:
         """Woven memory for flights of a form; None where they go one by one."""
         first = flights[0]
-        if self._hopeless:
+        if self._hopeless or form in self._slow:
             return None
         if form is None or first.bounds_checked:
             self.report.reasons["engine"] = "plain Python and checked bounds work on one run at a time"
@@ -111,15 +124,15 @@ class SideBySide:
                 asked[name] = node.use, node.component, known[name]
         kept = self._groups.get(form)
         if kept is None or kept[0] != asked:
-            kept = self._groups[form] = (asked, self._made(first, asked, faulty))
+            kept = self._groups[form] = (asked, self._made(first, asked, faulty, ticks))
             if kept[1] is None:
                 del self._groups[form]
         return kept[1]
 
-    def _made(self, flight, asked, faulty) -> Group | None:
+    def _made(self, flight, asked, faulty, ticks) -> Group | None:
         with _LOADING:
             missing = wide_parts.missing(asked)
-            if missing and not self._pays(len(missing)):
+            if missing and not self._pays(len(missing), ticks):
                 self.report.reasons["machine code"] = f"{len(missing)} parts to compile for {LANES} at a time would not pay"
                 return None
             self.report.reasons.pop("machine code", None)
@@ -135,11 +148,16 @@ class SideBySide:
         wide = {name: one for name, one in found.items() if not one.refused}
         return Group(flight, wide) if wide else None
 
-    def _pays(self, missing) -> bool:
+    def _pays(self, missing, ticks) -> bool:
         if self._runs is None:
             return True
         left = self._runs - self.report.singly - self.report.side_by_side
-        return self._seconds is not None and left * self._seconds * SAVED > PRICE * missing
+        return self._seconds is not None and left * ticks * self._seconds * SAVED > PRICE * missing
+
+
+def _clock() -> float:
+    """Seconds of this thread; of the wall in the main thread, where a flight that goes alone flies in another one."""
+    return time.perf_counter() if threading.current_thread() is threading.main_thread() else time.thread_time()
 
 
 def _form(flight):

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from flight_graph.lanes.flow import Edge, Flow
 from flight_graph.lanes.ir_text import Function
-from flight_graph.lanes.ir_types import NotWidened, alignment, size_of, split
+from flight_graph.lanes.ir_types import NotWidened, SeveralKinds, alignment, size_of, split
 
 ROOT = ("root",)
 
@@ -36,7 +36,7 @@ class Place:
             return self
         spaces = {self.space, other.space}
         if len(spaces) > 1 and not spaces <= {"lanes", "parameters"}:
-            raise NotWidened("a pointer to records of several kinds")
+            raise SeveralKinds("a pointer to records of several kinds")
         return Place("lanes" if len(spaces) > 1 else self.space, self.root if self.root == other.root else "?")
 
 

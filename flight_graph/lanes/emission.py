@@ -138,8 +138,16 @@ class Emission:
     def pick(self, truth: str, condition: str, kind: str, value: str, other: str) -> str:
         """One of two values, lane by lane where the condition is a mask."""
         if truth == MASK and kind.startswith(("[", "{")):
-            raise NotWidened("a choice between groups of numbers")
+            return self._pick_all(condition, kind, value, other)
         return self.result(f"select {truth} {condition}, {kind} {value}, {kind} {other}")
+
+    def _pick_all(self, condition, kind, value, other):
+        found = value
+        for i in range(operations.count_of(kind)):
+            item = operations.item_at(kind, [i])
+            a, b = (self.result(f"extractvalue {kind} {group}, {i}") for group in (value, other))
+            found = self.result(f"insertvalue {kind} {found}, {item} {self.pick(MASK, condition, item, a, b)}, {i}")
+        return found
 
     def either(self, kind: str, values: list[str]) -> str:
         """The "or" of truths, or of masks."""

@@ -208,11 +208,8 @@ def _call(op, name, rest):
 
 
 def _alloca(op, name, rest):
-    parts = split(rest)
-    count = next((part for part in parts[1:] if not part.startswith("align")), None)
-    if count is not None:
-        raise NotWidened("a work array whose length is not a constant")
-    return Instruction(op, name, "ptr", [], parts[0])
+    kind, *more = split(rest)
+    return Instruction(op, name, "ptr", [operand(part) for part in more if not part.startswith("align")], kind)
 
 
 def _return(op, name, rest):

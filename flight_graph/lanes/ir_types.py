@@ -10,6 +10,10 @@ class NotWidened(Exception):
     """Why code cannot be made to work on several lanes at once."""
 
 
+class SeveralKinds(NotWidened):
+    """A pointer may point to records of several kinds."""
+
+
 def split(text: str) -> list[str]:
     """The parts between the commas that stand in no bracket."""
     parts, depth, start, quoted = [], 0, 0, False

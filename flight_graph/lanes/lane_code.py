@@ -6,7 +6,7 @@ from flight_graph.components import registry
 from flight_graph.engines import cache, object_code, part_calls, parts
 from flight_graph.lanes import lane_driver, weave
 from flight_graph.lanes.ir_text import functions
-from flight_graph.lanes.ir_types import NotWidened
+from flight_graph.lanes.ir_types import NotWidened, SeveralKinds
 from flight_graph.lanes.operations import LANES
 from flight_graph.lanes.widen import Module
 from flight_graph.text_files import short
@@ -58,13 +58,25 @@ def widened(module, machine, symbol: str, parameters: int, differs, widths):
     _optimise(copy, machine, True)
     _tidy(copy, machine)
     text = str(copy)
-    made = Module(functions(text), parameters, differs, widths)
-    made.entry(symbol, symbol)
+    made = _made(text, symbol, (parameters, differs, widths))
     head = [line for line in text.splitlines() if line.startswith(("target ", "@"))]
     result = llvm.parse_assembly("\n".join([*head, made.text()]))
     result.verify()
     _optimise(result, machine, False)
     return result
+
+
+def _made(text, symbol, given) -> Module:
+    """The wide functions. Where code takes an address of parameters or one of something else, parameters are woven, too."""
+    for weave_all in (False, True):
+        made = Module(functions(text), *given, weave_all)
+        try:
+            made.entry(symbol, symbol)
+            return made
+        except SeveralKinds:
+            if weave_all:
+                raise
+    return made
 
 
 def _optimise(module, machine, unroll):

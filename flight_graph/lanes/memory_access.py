@@ -23,6 +23,13 @@ class Memory:
     def alloca(self, one):
         """Eight of it, woven like a record."""
         owner = self._owner
+        if one.operands:
+            kind, count = one.operands[0]
+            if owner.differs(count) or kind != "i64":
+                raise NotWidened("a work array whose length differs between lanes")
+            size = owner.result(f"mul i64 {owner.use(kind, count, False)}, {LANES * size_of(one.detail)}")
+            owner.define(one, owner.result(f"alloca i8, i64 {size}, align 64"))
+            return
         slot = owner.slot(f"%work{owner.numbers[one.name]}", f"[{LANES * size_of(one.detail)} x i8]", False)
         owner.know_always(one.name, slot)
 
@@ -68,11 +75,24 @@ class Memory:
                 if self._sizes.setdefault((place.root, offset), (place.offset, size)) != (place.offset, size):
                     raise NotWidened("numbers of different widths at one place")
 
+    def _check_all(self, place, kind):
+        """The same for each item of an array of numbers: those of the lanes lie together there, too."""
+        if not kind.startswith("["):
+            self._check(place, size_of(kind))
+            return
+        count, item = operations.count_of(kind), operations.item_at(kind, [0])
+        if size_of(item) != 8:
+            raise NotWidened(f"a group of numbers ({kind})")
+        for i in range(count):
+            self._check(place.moved(8 * i), 8)
+
     def load(self, one):
         """Read a number."""
         owner, (_, pointer) = self._owner, one.operands[0]
         place, size = self._place(pointer), size_of(one.type)
         if owner.differs(pointer):
+            if one.type.startswith(("[", "{")):
+                raise NotWidened("a group of numbers at an address that differs between lanes")
             owner.define(one, self._gather(one.type, pointer, place))
             return
         address = owner.use("ptr", pointer, False)
@@ -84,7 +104,7 @@ class Memory:
             if owner.is_wide(one.name):
                 made = owner.spread(one.type, made)
         else:
-            self._check(place, size)
+            self._check_all(place, one.type)
             made = owner.result(f"load {wide(one.type)}, ptr {address}, align {aligned(size)}")
         owner.define(one, made)
 
@@ -96,9 +116,11 @@ class Memory:
             raise NotWidened("a store into something that all lanes share")
         given = owner.use(kind, value, True)
         if owner.differs(pointer):
+            if kind.startswith(("[", "{")):
+                raise NotWidened("a group of numbers at an address that differs between lanes")
             self._scatter(kind, given, pointer)
             return
-        self._check(place, size)
+        self._check_all(place, kind)
         address, mask = owner.use("ptr", pointer, False), self._masks.here()
         if mask is not None:
             before = owner.result(f"load {wide(kind)}, ptr {address}, align {aligned(size)}")
@@ -158,16 +180,22 @@ class Memory:
             return
         (_, target), (kind, origin), (_, size) = one.operands[:3]
         spaces = {self._place(target).space} | ({self._place(origin).space} if kind == "ptr" else set())
-        if not size.isdigit() or "one" in spaces or "table" in spaces:
-            raise NotWidened(f"{what} of a size that is not a constant, or of what all lanes share")
+        if "one" in spaces or "table" in spaces:
+            raise NotWidened(f"{what} of what all lanes share")
         if self._masks.here() is not None:
-            self._masked_block(one, what, int(size))
+            self._masked_block(one, what, size)
             return
         arguments = [f"ptr {owner.use('ptr', target, False)}", f"{kind} {owner.use(kind, origin, False)}",
-                     f"i64 {LANES * int(size)}", "i1 false"]
+                     f"i64 {self._scaled(size)}", "i1 false"]
         name = "llvm.memset.p0.i64" if what == "memset" else f"llvm.{what}.p0.p0.i64"
         owner.module.declare(f"declare void @{name}(ptr, {kind}, i64, i1)")
         owner.out(f"call void @{name}({', '.join(arguments)})")
+
+    def _scaled(self, size):
+        """Bytes of eight blocks of this size."""
+        if size.isdigit():
+            return str(LANES * int(size))
+        return self._owner.result(f"mul i64 {self._owner.use('i64', size, False)}, {LANES}")
 
     def _scattered_block(self, one, what):
         """Zeros at an address of its own in each lane."""
@@ -181,7 +209,7 @@ class Memory:
         """Number by number, as all numbers of eight bytes."""
         owner, mask = self._owner, self._masks.here()
         (_, target), (kind, origin), _ = one.operands[:3]
-        place = self._place(target)
+        place, size = self._place(target), int(size) if size.isdigit() else _LONGEST + 1
         if size % 8 or size > _LONGEST or (kind != "ptr" and origin != "0") or what == "memmove":
             raise NotWidened(f"a large {what} for some lanes")
         number = wide("i64")
@@ -211,8 +239,10 @@ class Memory:
             arguments = ", ".join(f"{kind} {owner.use(kind, value, False)}" for kind, value in one.operands)
             kinds = ", ".join(kind for kind, _ in one.operands)
             owner.module.declare(f"declare {one.type} @{one.detail}({kinds})")
-            made = owner.result(f"call {one.type} @{one.detail}({arguments})")
-            owner.define(one, made)
+            if one.type == "void":
+                owner.out(f"call void @{one.detail}({arguments})")
+            else:
+                owner.define(one, owner.result(f"call {one.type} @{one.detail}({arguments})"))
             return
         if found is None:
             raise NotWidened(f"a call of {one.detail}")

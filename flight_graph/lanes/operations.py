@@ -63,7 +63,7 @@ def suffix(kind: str) -> str:
 
 def aligned(size: int) -> int:
     """Alignment of eight neighbours of so many bytes in a block: records have their numbers at multiples of four bytes."""
-    return {8: 32, 4: 32, 2: 16}.get(size, 8)
+    return {4: 32, 2: 16, 1: 8}.get(size, 32)
 
 
 def count_of(kind: str) -> int:

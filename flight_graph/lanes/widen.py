@@ -28,11 +28,12 @@ class Module:
     """All functions of a module, and the wide ones that are made of them.
 
     parameters: bytes of a component's parameters; differs: (begin, end) of those that differ between lanes. widths: record
-    (as `Place.root` names it) -> offset -> bytes of the number there.
+    (as `Place.root` names it) -> offset -> bytes of the number there. weave_all: parameters are woven though none differs.
     """
 
     def __init__(self, functions: dict[str, Function], parameters: int, differs: list[tuple[int, int]],
-                 widths: dict[str, dict[int, int]]):
+                 widths: dict[str, dict[int, int]], weave_all: bool = False):
+        self._shares = not differs and not weave_all  # parameters are one record for all lanes
         self.functions, self.parameters, self.differs, self.widths = functions, parameters, differs, widths
         self._texts, self._declared, self._versions = [], set(), {}
 
@@ -40,10 +41,10 @@ class Module:
         """Make the wide form of a part."""
         function = self.functions[f"@{name}"]
         t_ns, p, x, io = (argument for _, argument in function.arguments)
-        parameters = Place("parameters" if self.differs else "one", "parameters", 0)
+        parameters = Place("one" if self._shares else "parameters", "parameters", 0)
         kinds = {t_ns: False, p: parameters, x: Place("lanes", "state", 0), io: Place("table", "io", 0)}
         made = Widened(self, function, kinds, False, False)
-        if not self.differs:  # the one record of parameters stands behind the woven ones
+        if self._shares:  # the one record of parameters stands behind the woven ones
             made.know_always(p, made.result(f"getelementptr i8, ptr {made.name(p)}, i64 {LANES * self.parameters}"))
         self._texts.append(made.text(symbol, ""))
 

@@ -10,6 +10,7 @@ from tests.graph.toy import SENSED
 ODD = named_vector("toy/odd", "toy", {
     "root": Quantity(None, "1"), "rounds": Quantity(None, "1"), "picked": Quantity(None, "1"), "sorted": Quantity(4, "1"),
     "kept": Quantity(3, "1"), "early": Quantity(None, "1"), "quotient": Quantity(None, "1")}, Role.TELEMETRY)
+FIXED = named_vector("toy/fixed", "toy", {"last": Quantity(None, "1")}, Role.TELEMETRY)
 VARYING = named_vector("toy/varying", "toy", {"last": Quantity(None, "1")}, Role.TELEMETRY)
 _TABLE = (3.0, 1.0, 4.0, 1.5, 9.0, 2.6, 5.0, 3.5)
 BROKEN = 1
@@ -110,9 +111,15 @@ def varying(t_ns, p, x, imu, seen):
 
 
 class Varying(Component):
-    """A work array as long as a parameter says: no code for several lanes is made of it."""
+    """A work array as long as a parameter says: where it differs between runs, they go one by one."""
 
     parameters = VaryingParameters
     inputs, outputs = {"imu": SENSED}, {"seen": VARYING}
     kernel = varying
     rate_hz = 100.0
+
+
+class Fixed(Varying):
+    """The same, as long in all runs."""
+
+    outputs = {"seen": FIXED}

@@ -31,7 +31,8 @@ def case(number, faults=()):
     data = toy.scenario(duration_s=0.5, seed=3 + number)
     data["components"]["odd"] = {"use": f"{odd.__file__}:Odd", "parameters": {
         "large": [1.0, 1e3, 1e9][number % 3], "terms": 2 + number % 4, **({stops: 0.11 + 0.05 * number} if stops else {})}}
-    data["components"]["varying"] = {"use": f"{odd.__file__}:Varying"}
+    data["components"]["varying"] = {"use": f"{odd.__file__}:Varying", "parameters": {"length": 1 + number % 4}}
+    data["components"]["fixed"] = {"use": f"{odd.__file__}:Fixed"}
     data["components"]["plant"]["parameters"] = {"angle": [0.1 * number, 0.2, -0.3 + 0.05 * number]}
     data["components"]["controller"]["parameters"] = {"law": ["pd", "p"][number % 2], "angle_limit": [0.62, 100.0][number % 2]}
     data["connect"]["varying.imu"] = {"from": "sensor.imu", "delay": 1}
@@ -74,7 +75,8 @@ def test_every_case_has_the_bits_of_its_run_alone(faults):
         assert any(part in text for text in stops), (part, stops)
     assert len({flight.stop.t_ns for flight in together if flight.stop}) > 4 and any(not flight.stop for flight in together)
     assert report.side_by_side > 0
-    assert "a work array whose length is not a constant" in report.reasons["varying"]
+    assert "a work array whose length differs between lanes" in report.reasons["varying"]
+    assert "fixed" not in report.reasons
     assert ("sensor" in report.reasons) == bool(faults) and "odd" not in report.reasons
 
 
