@@ -133,7 +133,7 @@ setup(
         "pydantic>=2.6,<3",
         "rich>=13",
         "typer>=0.12",
-        "matplotlib>=3.8",
+        "matplotlib>=3.6",
         "mcap>=1.6",
         "rosbags>=0.10,<0.12",
         "pyarrow>=15",

@@ -14,7 +14,7 @@ from flight_graph.engines.prepared import PreparedRun
 from flight_graph.errors import FlightError
 from flight_graph.faults import fault_file
 from flight_graph.faults.report import REPORT
-from flight_graph.graphs import measures, metrics
+from flight_graph.graphs import glossary, metrics
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.graphs.variation import Variation
 
@@ -83,8 +83,8 @@ class Cases:
 
     @property
     def units(self) -> dict[str, str]:
-        """Units of what is varied and measured, by name, where they are declared."""
-        found = measures.units(self.scenario.measures)
+        """Units of metrics and of what is varied, by name, where they are declared."""
+        found = {entry.name: entry.unit for entry in glossary.of(self.scenario).metrics.values()}
         for key in self._keys:
             name, _, parameter = key.partition(".")
             node = self.scenario.graph.nodes.get(name)

@@ -19,7 +19,7 @@ from flight_graph.errors import FlightError
 from flight_graph.graphs import metrics
 from flight_graph.graphs import scenario as scenarios
 from flight_graph.graphs.scenario import Scenario
-from flight_graph.sampling.specifications import with_varied
+from flight_graph.sampling.specifications import Besides
 from flight_graph.text_files import short
 
 _CHUNKS = re.compile(r"(\d{1,9})(?:-(\d{1,9}))?")
@@ -45,14 +45,14 @@ def existing(folder: Path, runs: int | None, consent: Consent) -> tuple[Campaign
     return _extended(campaign, scenario, runs), scenario
 
 
-def of_scenario(name: str, given: dict, words: list[str], seed: int | None, runs: int | None, chunk: int | None,
+def of_scenario(name: str, given: dict, besides: Besides, runs: int | None, chunk: int | None,
                 folder: Callable[[Scenario], Path], resume: bool, consent: Consent) -> tuple[Campaign, Scenario]:
     """The campaign of a scenario: a new folder, or with ``resume`` the one that is there, which must be of this scenario.
 
-    given: what was set by hand, by key; words: of --vary; seed: of the draws; chunk: runs in one; folder: says where, of a
+    given: what was set by hand, by key; besides: what the command line varies; chunk: runs in one; folder: says where, of a
     scenario that is valid. Raises FlightError.
     """
-    scenario = varied(name, given, words, seed, consent)
+    scenario = varied(name, given, besides, consent)
     check_engine(scenario, "compiled")
     metrics.of(scenario)  # a name that is wrong is found before the flight
     if resume:
@@ -71,14 +71,10 @@ def of_scenario(name: str, given: dict, words: list[str], seed: int | None, runs
     return _saved(Campaign(coordinator.folder_of(folder(scenario)), manifest), manifest), scenario
 
 
-def varied(name: str, given: dict, words: list[str], seed: int | None, consent: Consent) -> Scenario:
+def varied(name: str, given: dict, besides: Besides, consent: Consent) -> Scenario:
     """A scenario with what the command line varies besides. Raises FlightError."""
     data, origin, folder = scenarios.read(name, given, consent)
-    if words:
-        data = {**data, "vary": with_varied(data.get("vary"), words)}
-    if seed is not None and isinstance(data.get("vary"), dict):
-        data = {**data, "vary": {**data["vary"], "seed": seed}}
-    return Scenario(data, origin, folder)
+    return Scenario({**data, "vary": besides.of(data.get("vary"))}, origin, folder)
 
 
 def _extended(campaign, scenario, runs):

@@ -38,9 +38,11 @@ def rare(
     """
     from flight_graph.campaigns.opening import varied
     from flight_graph.campaigns.rare_events import Event, rare_event
+    from flight_graph.sampling.specifications import Besides
     consent = asked(trust)
     event = Event(metric, above, below)
-    loaded = varied(scenario, overrides(scenario, settings, params, None, None, consent), vary or [], None, consent)
+    given = overrides(scenario, settings, params, None, None, consent)
+    loaded = varied(scenario, given, Besides(tuple(vary or ())), consent)
     with steps(f"{loaded.name}: {event.sentence()}", not as_json) as advance:
         found = rare_event(loaded, event, runs, seed, workers, confidence,
                            progress=lambda done, level, threshold: advance(done, runs * (level + 1), f"level {level + 1}"))

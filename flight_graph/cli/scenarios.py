@@ -11,6 +11,7 @@ import typer
 from flight_graph import yaml_text
 from flight_graph.cli.scenario_tables import show
 from flight_graph.cli.show import RunProgress, add, console, metrics_table, status
+from flight_graph.cli.topic_tables import show_topics
 from flight_graph.cli.trust import Trust, asked
 from flight_graph.errors import FlightError
 
@@ -30,7 +31,7 @@ def prepare_engine(engine: str) -> None:
 
 
 def register(app: typer.Typer) -> None:
-    app.command("list", epilog="Example: flight list cubli_asteroid")(list_)
+    app.command("list", epilog="Example: flight list cubli_asteroid --topics")(list_)
     app.command(epilog="Example: flight run cubli_asteroid --engine ros --set controller.lambda_a=0.03 --json")(run)
     app.command(epilog="Example: flight node cubli_ros appc_controller --ros-args -p lambda_a:=0.041", context_settings={
         "allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []})(node)
@@ -38,15 +39,22 @@ def register(app: typer.Typer) -> None:
 
 def list_(
     scenario: Annotated[str | None, typer.Argument(help="A scenario to look into.")] = None,
+    topics: Annotated[bool, typer.Option(
+        "--topics", help="Its topics, and the place of every named number in them, as viewers count.")] = False,
     trust: Trust = False,
     as_json: Json = False,
 ) -> None:
     """List scenarios and components, or show one scenario's graph: rates, topics, connections, parameters."""
     from flight_graph.components import registry
     from flight_graph.graphs import scenario as scenarios
+    if scenario and topics:
+        show_topics(scenario, asked(trust), as_json)
+        return
     if scenario:
         show(scenario, trust, as_json)
         return
+    if topics:
+        raise FlightError("flight list --topics: name a scenario")
     titles = {name: yaml_text.read(path)["title"] for name, path in scenarios.available().items()}
     components = {name: found.summary() for name, found in registry.components().items()}
     if as_json:
@@ -111,7 +119,8 @@ def run(
             "scenario": loaded.name, "bag": str(outcome.bag), "engine": outcome.engine, "pace": outcome.pace,
             "seed": loaded.seed, "wall_s": outcome.wall_s, "compile_s": outcome.compile_s, "lost": outcome.lost,
             "ros_domain_id": outcome.domain,
-            "metrics": outcome.metrics, "statistics": outcome.statistics, "watchdog": outcome.notes,
+            "metrics": outcome.metrics, "units": _units(loaded, outcome.metrics),
+            "statistics": outcome.statistics, "watchdog": outcome.notes,
             "warnings": loaded.warnings(), "differs_from_its_row": differing}))
         return
     console.print(metrics_table(loaded, outcome))
@@ -120,6 +129,13 @@ def run(
     if outcome.lost:
         status(f"{outcome.lost} messages were lost (realtime); the bag's metadata says which")
     print(outcome.bag)
+
+
+def _units(scenario, metrics) -> dict:
+    """The units of metrics that have one."""
+    from flight_graph.graphs import glossary
+    known = glossary.of(scenario)
+    return {name: known.entry(name).unit for name in metrics if known.entry(name).unit}
 
 
 def _campaign(folder, case, given, consent):

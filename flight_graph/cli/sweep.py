@@ -64,6 +64,8 @@ def sweep(
     settings: Settings = None,
     params: Params = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the draws.")] = None,
+    sampling: Annotated[str | None, typer.Option(
+        metavar="PLAN", help="Of the draws: independent, latin_hypercube:BLOCK, sobol or saltelli.")] = None,
     duration: Annotated[float | None, typer.Option(help="Simulated seconds of each run.")] = None,
     out: Annotated[Path | None, typer.Option(help="The campaign's folder (a new one, except with --resume).")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the campaign that is there.")] = False,
@@ -83,11 +85,12 @@ def sweep(
     """
     from flight_graph import runs as one_run
     from flight_graph.campaigns import opening
+    from flight_graph.sampling.specifications import Besides
     where, consent = Where(workers, processes, on), asked(trust)
     if opening.is_folder(scenario):
-        opening.refuse_what_is_fixed({"--vary": vary, "--set": settings, "--params": params, "--seed": seed,
-                                      "--duration": duration, "--out": out, "--chunk-size": chunk_size,
-                                      "--plan": plan or None})
+        opening.refuse_what_is_fixed({
+            "--vary": vary, "--set": settings, "--params": params, "--seed": seed, "--sampling": sampling,
+            "--duration": duration, "--out": out, "--chunk-size": chunk_size, "--plan": plan or None})
         campaign, loaded = opening.existing(Path(scenario), runs, consent)
         if chunk is None and not resume and runs is None:
             raise FlightError(f"{scenario} is a campaign already: --resume goes on with it, --runs extends it, --chunk "
@@ -99,7 +102,7 @@ def sweep(
             raise FlightError("--resume: name the campaign's folder (flight sweep FOLDER --resume), or give it with --out")
         given = overrides(scenario, settings, params, None, duration, consent)
         campaign, loaded = opening.of_scenario(
-            scenario, given, vary or [], seed, runs, chunk_size,
+            scenario, given, Besides(tuple(vary or ()), seed, sampling), runs, chunk_size,
             lambda checked: out if resume else one_run.new_folder(out, checked, "sweep"), resume, consent)
     if plan:
         _planned(campaign, as_json)

@@ -25,6 +25,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from flight_graph.errors import FlightError
 from flight_graph.faults import fault_types, places
+from flight_graph.graphs.metric_entry import MetricEntry, number
 from flight_graph.text_files import short
 from flight_graph.timebase import SECOND
 
@@ -136,10 +137,18 @@ def compute(measures: list[Measure], scenario, signals) -> dict[str, float | Non
             for one in measures}
 
 
-def units(measures: list[Measure]) -> dict[str, str]:
-    """name -> unit, where it is known: that of the entry, and seconds of what is a time."""
-    return {one.name: "s" if one.kind in ("first", "settling") else one.entry.unit for one in measures
-            if one.entry.unit or one.kind in ("first", "settling")}
+def entries(measures: list[Measure]) -> list[MetricEntry]:
+    """Their declarations. The unit is that of the entry, and seconds of what is a time."""
+    found = []
+    for one in measures:
+        unit = "s" if one.kind in ("first", "settling") else one.entry.unit
+        given = {key: getattr(one.entry, key) for key in ("above", "below", "within")}
+        limits = [f"{key} {value:g}" for key, value in given.items() if value is not None]
+        what = f"{one.entry.of} of {one.path}" if one.entry.of != "value" else one.path
+        meaning = " ".join([f"{one.kind}: {what} of /{one.topic}", *limits])
+        found.append(number(one.name, unit, meaning, "it does not happen, or was not recorded", headline=True,
+                            smallest_is_worst=one.kind == "least"))
+    return found
 
 
 def _field(records, path):

@@ -15,8 +15,9 @@ def compute(scenario: Scenario, signals, finite: bool = True) -> dict:
     """Return the metrics of a run by name, in plain types: those of the scenario's function, if it names one, its
     measures, and the scores of its faults and monitors (`flight_graph.graphs.fault_scores`).
 
-    signals: a mapping topic -> structured array (a Recording, or a bag's signals). finite: NaN and infinity become None, as
-    JSON has neither.
+    signals: a mapping topic -> structured array (a Recording, or a bag's signals). A metric that this run does not have is
+    None; units and meanings: `flight_graph.graphs.glossary`. finite: NaN and infinity, which are no numbers either, become
+    None, as JSON has neither.
     """
     function = of(scenario)
     measured = {name: _plain(value, f"{scenario.origin}: measures.{name}", finite)

@@ -22,6 +22,7 @@ from flight_graph.errors import FlightError
 from flight_graph.graphs import scenario as scenarios
 from flight_graph.graphs.overrides import overrides
 from flight_graph.graphs.scenario import Scenario
+from flight_graph.ros.installed import not_live
 from flight_graph.ros.launcher import RECORDER, how_it_ended, node_parameters
 from flight_graph.ros.patience import patience_s
 
@@ -88,7 +89,7 @@ def end_of(name: str, code: int) -> str | None:
 
 def describe(scenario_name: str):
     """The LaunchDescription of a scenario."""
-    from launch.actions import DeclareLaunchArgument, OpaqueFunction
+    from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction
     from launch.substitutions import LaunchConfiguration
 
     from launch import LaunchDescription
@@ -104,6 +105,7 @@ def describe(scenario_name: str):
         file = _written(scenario)
         nodes = _nodes(node_table(scenario, pace, number, out, str(file)), given["namespace"])
         components = {node.use: node.component for node in scenario.graph.nodes.values()}
+        nodes += [LogInfo(msg=sentence)] if (sentence := not_live(components.values())) else []
         return nodes if compilation.is_ready(components) else _compiled_first(file, nodes)
 
     return LaunchDescription([

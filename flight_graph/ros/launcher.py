@@ -23,6 +23,7 @@ from flight_graph.errors import FlightError
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.ros import shared_memory
 from flight_graph.ros.domain import Domain
+from flight_graph.ros.installed import is_installed, not_live
 from flight_graph.ros.patience import at_least, patience_s
 from flight_graph.ros.supervisor import Supervisor
 from flight_graph.timebase import SECOND
@@ -108,6 +109,8 @@ def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float 
         specs = _specs(scenario, Path(work), Path(folder).absolute(), pace, factor, timeout_s, check_bounds)
         if tell and domain.is_own:
             tell(domain.sentence())
+        if tell and (sentence := not_live(node.component for node in scenario.graph.nodes.values())):
+            tell(sentence)
         launch = Launch(specs, RosRun(Path(folder)), pace == "lockstep", progress, domain)
         if pace == "realtime":
             own = {spec["name"]: spec for spec in specs if spec["name"] not in (RECORDER, scenario.graph.clock_master)}
@@ -115,11 +118,6 @@ def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float 
         result = launch.run()
         result.notes = launch.supervisor.notes if launch.supervisor else []
         return result
-
-
-def is_installed(type_name: str) -> bool:
-    """Whether the package of a message type is installed."""
-    return importlib.util.find_spec(type_name.split("/")[0]) is not None
 
 
 def published(graph) -> list[str]:

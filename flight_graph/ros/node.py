@@ -5,11 +5,12 @@ from rclpy.exceptions import ParameterException
 from flight_graph.engines.single import SingleComponent
 from flight_graph.errors import FlightError, unknown
 from flight_graph.recordings.recording import formatted_payload
+from flight_graph.ros.installed import is_installed
 from flight_graph.ros.live_faults import CLEAR, INJECT, LiveFaults
 from flight_graph.ros.managed import ManagedNode
 from flight_graph.ros.parameter_changes import ParameterChanges
 from flight_graph.ros.parameters import ComponentParameters
-from flight_graph.ros.ports import InputPort, LoopOnly, OutputPort, RawPublisher, is_importable
+from flight_graph.ros.ports import InputPort, LoopOnly, OutputPort, RawPublisher
 from flight_graph.ros.progress import Progress, Watch
 from flight_graph.ros.recorder import read_scenario
 from flight_graph.ros.settings import Source, declare
@@ -55,7 +56,7 @@ class ComponentNode(ManagedNode):
                    for port, signal in component.inputs.items()}
         self._watched = self._watch(group)
         self.formatted = [(made, RawPublisher(self, made.topic, made.type_name, made.role.qos))
-                          for made in component.formatted if is_importable(made.type_name)]
+                          for made in component.formatted if is_installed(made.type_name)]
         self.output_periods = {port: self.settings.output_period_ns(component, port) for port in self.outputs}
         self.progress = Progress(self, self.settings)
         self.watches = {other: Watch(self, other, group) for other in self.settings.wait_for}
@@ -103,6 +104,9 @@ class ComponentNode(ManagedNode):
             reads = ", ".join(port.subscription.topic for port in self.inputs.values()) or "nothing"
             writes = ", ".join(port.publisher.topic for port in self.outputs.values()) or "nothing"
             self.get_logger().info(f"{SECOND / self.settings.period_ns:g} Hz, {pace}; reads {reads}; writes {writes}")
+            for made in self.component.formatted:
+                if not is_installed(made.type_name):
+                    self.get_logger().info(f"/{made.topic} is not published: {made.type_name} is not installed here")
         for name in self._parameter_overrides:
             if not self.has_parameter(name) and not name.startswith("qos_overrides"):
                 self.get_logger().warning(str(unknown("parameter", name, self.component.parameters.entries)))
@@ -148,7 +152,7 @@ class ComponentNode(ManagedNode):
                 count = self._machine.delivered(name)
                 port.publish(self.settings.epoch_ns + t_ns, count)
                 for made, publisher in self.formatted * count:
-                    if made.port == name:
+                    if made.port == name and not (made.once and t_ns):
                         publisher.publish(formatted_payload(made, port.record))
 
     def publish_clock(self, t_ns: int) -> None:

@@ -1,7 +1,6 @@
 """Raw topic ends: bytes out of a record, bytes into a record, without message objects and without an executor."""
 
 import importlib
-import importlib.util
 import time
 
 from rclpy.callback_groups import CallbackGroup
@@ -22,11 +21,6 @@ def message_class(type_name: str):
     """The rclpy class of ``package/msg/Type``. Raises ImportError where the package is not installed."""
     package, _, name = type_name.split("/")
     return getattr(importlib.import_module(f"{package}.msg"), name)
-
-
-def is_importable(type_name: str) -> bool:
-    """Whether the package of a message type is installed."""
-    return importlib.util.find_spec(type_name.split("/")[0]) is not None
 
 
 def profile(qos: Qos) -> QoSProfile:

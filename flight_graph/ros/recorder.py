@@ -15,9 +15,10 @@ from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.bag_scenario import INJECTED_FAULTS, SET_PARAMETERS
 from flight_graph.recordings.recording import RecordedTopic, RunBag, formatted_payload
 from flight_graph.ros import live_faults, parameter_changes, texts
-from flight_graph.ros.ports import LoopOnly, RawSubscription, is_importable
+from flight_graph.ros.installed import is_installed
+from flight_graph.ros.ports import LoopOnly, RawSubscription
 from flight_graph.ros.progress import Progress
-from flight_graph.ros.silence import Silence
+from flight_graph.ros.silence import TRANSITION, Silence
 from flight_graph.ros.slots import TYPE as SLOT_TYPE
 from flight_graph.ros.slots import SlotReader, slots_topic
 from flight_graph.timebase import SECOND
@@ -168,6 +169,8 @@ class Recorder:
             stream = self.streams[order]
             self.bag.write(stream.topic, stamp, message)
             for topic in self._formatted.get((stream.topic.node, stream.topic.port), ()):
+                if stamp and topic.formatted.once:
+                    continue
                 self.bag.write(topic, stamp, formatted_payload(topic.formatted, stream.record(message)))
 
     def lost(self) -> dict[str, int]:
@@ -238,7 +241,7 @@ def _events(node) -> list[str]:
 
 def _listeners(node, scenario, streams) -> list[RawSubscription]:
     """Ears for what a graph publishes for others alone, so that `ros2 doctor` finds no topic without a subscriber."""
-    graph, types = scenario.graph, {"/clock": "rosgraph_msgs/msg/Clock"}
+    graph, types = scenario.graph, {"/clock": "rosgraph_msgs/msg/Clock", f"{node.get_name()}/transition_event": TRANSITION}
     for name, found in graph.nodes.items():
         signals = [graph.signal(name, port) for port in found.component.outputs]
         types |= {made.topic: made.type_name for made in [*signals, *found.component.formatted]}
@@ -249,7 +252,7 @@ def _listeners(node, scenario, streams) -> list[RawSubscription]:
         types.pop(slots_topic(stream.topic.topic), None)
     group = LoopOnly()
     return [RawSubscription(node, topic, type_name, _EAR, group) for topic, type_name in types.items()
-            if is_importable(type_name)]
+            if is_installed(type_name)]
 
 
 def _wait_for_publishers(node, recorder, settings, progress):

@@ -11,7 +11,7 @@ from msg_schemas.qos import Qos
 GONE_S = 2.0  # [s] a topic that has been without a publisher for longer has lost its node
 _LOOK_S = 0.5  # [s] between two looks at publishers
 _REST_S = 5.0  # [s] realtime: after the last tick of the run, what still comes comes within this time
-_TRANSITION = "lifecycle_msgs/msg/TransitionEvent"
+TRANSITION = "lifecycle_msgs/msg/TransitionEvent"
 _PAUSED = ("inactive", "unconfigured")  # states of a node that may go on
 
 
@@ -24,7 +24,7 @@ class Silence:
         self._heard = self._looked = time.monotonic()
         self._states = {}
         group = LoopOnly()
-        self._transitions = {name: RawSubscription(node, f"{name}/transition_event", _TRANSITION, Qos(depth=10), group)
+        self._transitions = {name: RawSubscription(node, f"{name}/transition_event", TRANSITION, Qos(depth=10), group)
                              for name in scenario.graph.nodes} if settings.supervised else {}
 
     def is_final(self, count: int) -> bool:
@@ -63,5 +63,5 @@ class Silence:
         """Whether somebody has put a node into a state in which it does not fire, and from which it may go on."""
         for name, subscription in self._transitions.items():
             while (message := subscription.take()) is not None:
-                self._states[name] = deserialize(message, _TRANSITION).goal_state.label
+                self._states[name] = deserialize(message, TRANSITION).goal_state.label
         return any(state in _PAUSED for state in self._states.values())

@@ -9,11 +9,14 @@
     plant.law=choice:pd,p   seed=count:1
 """
 
+from dataclasses import dataclass
+
 from pydantic import ValidationError
 
 from flight_graph import yaml_text
 from flight_graph.errors import FlightError
 from flight_graph.sampling.distributions import Distribution, Spaced
+from flight_graph.sampling.plan import Sampling
 from flight_graph.text_files import short
 
 FORMS = "KEY=FROM:TO:COUNT, KEY=A,B,C, KEY=normal:MEAN,DEVIATION, KEY=uniform:FROM,TO, ..."
@@ -63,6 +66,32 @@ def with_varied(block: dict | None, texts: list[str]) -> dict:
         plain = how if isinstance(how, list) else how.model_dump(exclude_none=True, mode="json")
         block[part] = {**(block.get(part) or {}), key: plain}
     return block
+
+
+@dataclass(frozen=True)
+class Besides:
+    """What a command line says of the draws beside a scenario's block.
+
+    words: of --vary; seed: of the draws; plan: a name of `flight_graph.sampling.plan`, or latin_hypercube:BLOCK.
+    """
+
+    words: tuple[str, ...] = ()
+    seed: int | None = None
+    plan: str | None = None
+
+    def of(self, block):
+        """The block with what is said here; None where there is none, and nothing is varied. Raises FlightError."""
+        if self.words:
+            block = with_varied(block, list(self.words))
+        if not isinstance(block, dict):
+            return block  # the scenario's own check says what is wrong
+        said = {} if self.seed is None else {"seed": self.seed}
+        if self.plan is not None:
+            name, _, size = self.plan.partition(":")
+            where = f"--sampling {short(self.plan)}"
+            plan = {"plan": name} | ({"block": yaml_text.parse(size, where)} if size else {})
+            said["sampling"] = _checked(Sampling, plan, where).model_dump(exclude_none=True)
+        return {**block, **said}
 
 
 def _named(word, values, where):

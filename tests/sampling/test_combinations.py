@@ -10,7 +10,7 @@ from flight_graph.graphs.named_code import foreign_code
 from flight_graph.graphs.vary import Vary
 from flight_graph.sampling.combinations import fraction_of
 from flight_graph.sampling.distributions import Distribution, Spaced
-from flight_graph.sampling.specifications import parse_vary, with_varied
+from flight_graph.sampling.specifications import Besides, parse_vary, with_varied
 
 
 def test_an_eighth_of_seven_factors_is_balanced_and_orthogonal():
@@ -81,6 +81,12 @@ def test_words_take_the_place_of_what_the_file_varies():
     assert found == {"grid": {"a.c": [3], "a.d": {"linear": [0.0, 1.0, 3]}}, "random": {"a.b": {"normal": [1.0, 2.0]}}, "runs": 5}
     assert Vary(found, "test").count == 15 and block["grid"]["a.b"] == [1, 2]
     assert with_varied(None, ["a.b=1,2"]) == {"grid": {"a.b": [1, 2]}}
+    besides = Besides(("a.b=normal:1,2",), 5, "latin_hypercube:20").of(None)
+    assert besides == {"random": {"a.b": {"normal": [1.0, 2.0]}}, "seed": 5, "sampling": {"plan": "latin_hypercube", "block": 20}}
+    assert Vary(besides, "test").file.sampling.block == 20 and Besides().of(None) is None
+    for plan, words in (("sobl", "Input should be 'independent'"), ("sobol:5", "no meaning with sobol"), ("latin_hypercube:x", "valid integer")):
+        with pytest.raises(FlightError, match=words):
+            Besides(plan=plan).of({"runs": 2})
     with pytest.raises(FlightError, match="varied twice"):
         with_varied(None, ["a.b=1", "a.b=2"])
     with pytest.raises(FlightError, match="cases set 'a.b' themselves"):
