@@ -1,7 +1,8 @@
 """Who runs the chunks: threads or processes of this machine, or the workers of a Dask cluster.
 
-Each is a pool with ``width`` (chunks that it runs at once) and ``submit(chunk, earlier)``, which gives a future of the
-part's bytes; ``note()`` says how runs flew. No worker needs the campaign's folder: it gets the manifest, and gives back bytes.
+Each is a pool with ``width`` (chunks that it runs at once), ``submit(chunk, earlier)``, which gives a future of the
+part's bytes, and ``note()``: what a person should know of how runs flew, at the end. No worker needs the campaign's folder:
+it gets the manifest, and gives back bytes.
 """
 
 import multiprocessing
@@ -54,11 +55,11 @@ class Threads:
             raise Stopped
 
     def note(self) -> str:
-        """How runs flew side by side; nothing where none did."""
+        """What did not fly side by side, where other things did."""
         total = Report()
         for report in self._reports:
             total.add(report)
-        return total.sentence() if total.side_by_side else ""
+        return total.sentence() if total.side_by_side and total.reasons else ""
 
     def close(self) -> None:
         """End what is under way; its chunks are not done."""

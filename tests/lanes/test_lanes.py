@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 
+from flight_graph.campaigns.cases import Batch, Cases
 from flight_graph.engines import machine, object_code, part_calls
 from flight_graph.engines.addresses import address
 from flight_graph.engines.compiled import CompiledRun
@@ -14,8 +15,8 @@ from flight_graph.lanes.batch import SideBySide
 from flight_graph.lanes.operations import LANES
 from tests.graph import toy
 from tests.lanes import odd
+from tests.sweep.sweep_scenarios import RANDOM, swept
 
-NEVER = 1e9
 FAULTS = [
     {"id": "lost", "at": "sensor.imu", "type": "drop", "probability": 0.3, "from_s": 0.05},
     {"id": "late", "at": "controller.command", "type": "delay", "ticks": 2, "from_s": 0.1},
@@ -135,3 +136,11 @@ def test_machine_code_is_made_where_it_pays(monkeypatch):
     together.advance(flights[:1], 100)
     together.advance(flights[1:], 100)
     assert together.report.singly == 6 and "would not pay" in together.report.sentence()
+
+
+def test_a_campaign_has_the_same_rows():
+    """Cases of a campaign, whose memory is used again, side by side and one by one."""
+    scenario, together = swept(RANDOM), SideBySide()
+    rows = Cases(scenario, Batch(LANES, together.advance)).rows(range(21))
+    assert rows == Cases(scenario).rows(range(21)) and len({row.metrics["digest"] for row in rows}) == 21
+    assert together.report.side_by_side == 20
