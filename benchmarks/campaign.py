@@ -36,7 +36,8 @@ def rover(runs: int):
     """The rover's campaign as a scenario."""
     from flight_graph.campaigns.opening import varied
     from flight_graph.components.foreign import agree
-    return varied("cubli_asteroid", {}, ROVER, 1, agree)
+    from flight_graph.sampling.specifications import Besides
+    return varied("cubli_asteroid", {}, Besides(tuple(ROVER), 1), agree)
 
 
 def pointing(runs: int, seconds: float):
