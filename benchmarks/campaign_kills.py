@@ -68,11 +68,9 @@ def workers(made, scenario, kills: int, draw: random.Random) -> int:
     with distributed.LocalCluster(n_workers=3, threads_per_worker=1, dashboard_address=None, processes=True) as cluster:
         def kill(done, total):
             nonlocal killed
-            while steps and done >= steps[0] * total:
-                alive = [worker.pid for worker in cluster.workers.values() if worker.pid]
-                if alive:
-                    os.kill(draw.choice(alive), signal.SIGKILL)
-                    killed += 1
+            if steps and done >= steps[0] * total and len(cluster.scheduler.workers) == 3:  # none is being replaced
+                os.kill(draw.choice([worker.pid for worker in cluster.workers.values()]), signal.SIGKILL)
+                killed += 1
                 steps.popleft()
         opening.fill(made, scenario, lambda manifest, _: DaskWorkers(manifest, cluster.scheduler_address), kill, print)
     return killed

@@ -3,6 +3,7 @@
 What starts a scheduler and workers (dask-jobqueue on Slurm, dask-kubernetes, or by hand) is no concern of a campaign.
 """
 
+import time
 from concurrent.futures import Future
 
 from flight_graph.campaigns.manifest import Manifest
@@ -10,7 +11,7 @@ from flight_graph.campaigns.workers import Lost, part_of
 from flight_graph.errors import FlightError
 
 ANSWER_S = 10.0  # [s] that a scheduler has to answer
-WORKERS_S = 30.0  # [s] that its first worker has to come
+WORKERS_S = 60.0  # [s] that its first worker has to come, and any once all are gone
 
 
 class DaskWorkers:
@@ -23,6 +24,7 @@ class DaskWorkers:
             raise FlightError(f"--on dask:{address}: Dask is not installed here; pip install 'flight_graph[dask]' brings "
                               "it, here and where the workers run") from None
         self.address, self._manifest, self._killed = address, manifest, distributed.KilledWorker
+        self._workers_s, self._alone_since = workers_s, None
         try:
             self._client = distributed.Client(address, timeout=answer_s, set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:
@@ -38,8 +40,16 @@ class DaskWorkers:
 
     @property
     def width(self) -> int:
-        """Threads of all workers that are there now."""
-        return max(1, sum(self._client.nthreads().values())) if self._client.status == "running" else 1
+        """Threads of all workers that are there now. Raises FlightError when there has been none for a while."""
+        threads = sum(self._client.nthreads().values()) if self._client.status == "running" else 0
+        if threads:
+            self._alone_since = None
+        elif self._alone_since is None:
+            self._alone_since = time.monotonic()
+        elif time.monotonic() - self._alone_since > self._workers_s:
+            raise FlightError(f"--on dask:{self.address}: the scheduler has had no worker for {self._workers_s:g} s; every "
+                              "chunk that was done is kept, and the campaign goes on with --resume")
+        return max(1, threads)
 
     def submit(self, chunk: int, earlier: bytes | None) -> Future:
         """A future of the bytes of a part; `Lost` when workers died over it."""
