@@ -85,7 +85,8 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=16)
     parser.add_argument("--rounds", type=int, default=5)
     given = parser.parse_args()
-    table = Table("scenario", "logs", "one by one [ns]", "side by side [ns]", "ratio", "bytes compared", "differ", "compiled [s]")
+    table = Table("scenario", "logs", "one by one [ns]", "side by side [ns]", "ratio", "bytes compared", "differ",
+                  "compiled [s]")
     for name in given.scenarios:
         for with_logs in (True, False):
             bench, alone, together = Bench(name, given.runs, with_logs), math.inf, math.inf
