@@ -12,6 +12,7 @@ from flight_graph.cli import (
     doctor,
     fault,
     identify,
+    layout,
     rare,
     replay,
     report,
@@ -24,6 +25,7 @@ app = typer.Typer(
     help="Simulated flight software for spacecraft at small bodies: run, record, judge.\n\n"
          "Example: [bold]flight run cubli_asteroid[/bold]")
 scenarios.register(app)
+layout.register(app)
 check.register(app)
 compile.register(app)
 fault.register(app)

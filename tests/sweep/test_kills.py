@@ -19,6 +19,7 @@ from flight_graph.campaigns.workers import Threads
 from flight_graph.components.foreign import agree
 from flight_graph.errors import FlightError
 from flight_graph.graphs.scenario import load
+from flight_graph.sampling.specifications import Besides
 from tests.sweep.sweep_scenarios import RANDOM, campaign_file
 from tests.sweep.test_campaign import parts
 
@@ -56,7 +57,7 @@ def count(folder):
 
 def planned(calm, folder):
     """The campaign of the scenario file, not run yet, and its scenario."""
-    return opening.of_scenario(str(calm[0]), {}, [], None, None, 2, lambda scenario: folder, False, agree)
+    return opening.of_scenario(str(calm[0]), {}, Besides(), None, 2, lambda scenario: folder, False, agree)
 
 
 def test_a_killed_coordinator_loses_the_chunks_in_work(calm, tmp_path):
