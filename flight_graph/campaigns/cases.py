@@ -4,6 +4,7 @@ What cases share is made once: graph, machine codes, memory, tables. A run logs 
 for so far; where a case asks for another one, that case is run again with it. Neither changes a bit of a row.
 """
 
+import itertools
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -96,18 +97,21 @@ class Cases:
                 found[key] = "s"
         return found
 
-    def rows(self, numbers: Iterable[int], watch: Callable | None = None) -> list[Row]:
-        """The rows of some cases, in their order. watch(): is called now and then; what it raises ends the work."""
-        numbers, found = list(numbers), []
+    def rows(self, numbers: Iterable[int], watch: Callable | None = None, values: list[dict] | None = None) -> list[Row]:
+        """The rows of some cases, in their order. watch(): is called now and then; what it raises ends the work.
+
+        values: what each of them varies, by key, where it is not what the block says.
+        """
+        wanted, found = list(zip(numbers, itertools.repeat(None) if values is None else values)), []
         width = self.batch.width if self._asked is not None else 1
-        while numbers:
-            found += self._together([(number, None) for number in numbers[:width]], watch)
-            numbers, width = numbers[width:], self.batch.width
+        while wanted:
+            found += self._together(wanted[:width], watch)
+            wanted, width = wanted[width:], self.batch.width
         return found
 
-    def row(self, number: int, values: dict | None = None, watch: Callable | None = None) -> Row:
-        """Run a case and judge it. values: what it varies, by key, where it is not what the block says."""
-        return self._together([(number, values)], watch)[0]
+    def row(self, number: int, watch: Callable | None = None) -> Row:
+        """Run a case and judge it."""
+        return self.rows([number], watch)[0]
 
     def _together(self, wanted, watch):
         """The rows of so many cases as a batch takes, those of one structure at a time."""

@@ -14,9 +14,11 @@ from dataclasses import asdict, dataclass, field
 import numba
 import numpy as np
 
-from flight_graph.campaigns.cases import ONE_BY_ONE, Batch, Cases
+from flight_graph.campaigns.cases import Batch, Cases
 from flight_graph.errors import FlightError, unknown
 from flight_graph.graphs.scenario import Scenario
+from flight_graph.lanes.batch import SideBySide
+from flight_graph.lanes.operations import LANES
 from flight_graph.statistics.subset_simulation import RareEvent, Stuck, subset_simulation
 
 SHARE, SMALLEST = 0.1, 1e-30  # [-] probability of a level given the one before, and of the last one
@@ -67,7 +69,7 @@ class Found:
 
 
 def rare_event(scenario: Scenario, event: Event, runs: int = 1000, seed: int = 0, workers: int | None = None,
-               confidence: float = 0.95, batch: Batch = ONE_BY_ONE, progress: Callable | None = None,
+               confidence: float = 0.95, progress: Callable | None = None,
                down_to: float = 1e-8) -> Found:
     """The probability of an event over what a scenario draws. Raises FlightError.
 
@@ -79,7 +81,7 @@ def rare_event(scenario: Scenario, event: Event, runs: int = 1000, seed: int = 0
     _check(scenario, runs)
     if not SMALLEST <= down_to <= SHARE:
         raise FlightError(f"--down-to {down_to}: allowed: {SMALLEST} to {SHARE}")
-    runner = _Runner(scenario, event, workers or os.cpu_count() or 1, batch)
+    runner = _Runner(scenario, event, workers or os.cpu_count() or 1, runs)
     try:
         estimate = subset_simulation(runner, scenario.vary.sampler.dimensions, event.threshold, runs, seed=seed,
                                      confidence=confidence, progress=progress, share=SHARE,
@@ -94,8 +96,8 @@ def rare_event(scenario: Scenario, event: Event, runs: int = 1000, seed: int = 0
 class _Runner:
     """samples (n, dimensions) -> values (n,): runs of the compiled engine in threads, numbered in the order of asking."""
 
-    def __init__(self, scenario, event, workers, batch):
-        self._scenario, self._event, self._batch = scenario, event, batch
+    def __init__(self, scenario, event, workers, runs):
+        self._scenario, self._event, self._runs = scenario, event, runs
         self._pool, self._own = ThreadPoolExecutor(workers, thread_name_prefix="rare"), threading.local()
         self._workers, self._ended = workers, False
         self._numbers, self.stopped, self.met = 0, 0, []
@@ -127,8 +129,9 @@ class _Runner:
 
     def _rows(self, cases):
         if not hasattr(self._own, "cases"):
-            self._own.cases = Cases(self._scenario, self._batch)
-        return [self._own.cases.row(0, values, self._watch) for _, values in cases]
+            together = SideBySide(self._runs)
+            self._own.cases = Cases(self._scenario, Batch(LANES, together.advance))
+        return self._own.cases.rows([0] * len(cases), self._watch, [values for _, values in cases])
 
     def _watch(self, *_):
         if self._ended:

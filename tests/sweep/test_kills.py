@@ -63,11 +63,11 @@ def planned(calm, folder):
 def test_a_killed_coordinator_loses_the_chunks_in_work(calm, tmp_path):
     file, whole = calm
     process = flight(file, "--out", tmp_path / "c", "--chunk-size", 2, "--workers", 2)
-    until(lambda: count(tmp_path / "c") > 2, "a third chunk", process)
+    until(lambda: count(tmp_path / "c") > 0, "a first chunk", process)
     process.kill()
     process.communicate()
     left = parts(Campaign.open(tmp_path / "c"))
-    assert 3 <= len(left) < RUNS // 2 and left.items() <= parts(whole).items()
+    assert 1 <= len(left) < RUNS // 2 and left.items() <= parts(whole).items()
     campaign, scenario = opening.existing(tmp_path / "c", None, agree)
     opening.fill(campaign, scenario, lambda *given: Threads(*given, 1))
     assert parts(campaign) == parts(whole)
@@ -77,7 +77,7 @@ def test_array_tasks_killed_repeated_and_twice_at_once(calm, tmp_path):
     campaign, scenario = planned(calm, tmp_path / "c")
     numbers = f"0-{RUNS // 2 - 1}"
     victim, other = (flight(campaign.path, "--chunk", numbers) for _ in range(2))
-    until(lambda: count(campaign.path) > 2, "a third chunk", victim)
+    until(lambda: count(campaign.path) > 0, "a first chunk", victim)
     victim.kill()
     victim.communicate()
     again = opening.run_chunks(campaign, scenario, opening.chunk_numbers(numbers, campaign.manifest), True, print)

@@ -21,7 +21,7 @@ def commands():
             yield path.name, shlex.split(words, comments=True)
 
 
-@pytest.mark.parametrize(("name", "words"), commands())
+@pytest.mark.parametrize(("name", "words"), list(commands()))
 def test_the_commands_exist(name, words):
     known = {option for parameter in get_command(app).commands["sweep"].params for option in parameter.opts}
     assert {word for word in words if word.startswith("--")} <= known
