@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 import numba
 import numpy as np
 
-from flight_graph.engines import compilation, driver
+from flight_graph.engines import checkpoint, compilation, driver
 from flight_graph.engines.addresses import address
+from flight_graph.engines.checkpoint import Checkpoint
 from flight_graph.engines.memory import refuse_too_long
 from flight_graph.engines.plain_driver import PlainTables
 from flight_graph.engines.schedule import Schedule
@@ -43,7 +44,7 @@ class Recording:
     """What a run left behind: tracks in the order of the schedule, and how long it took.
 
     wall_s: seconds in the loop alone; compile_s: seconds until the first step could run. stopped: the sentence of a
-    component that ended the run before its time.
+    component that ended the run before its time. checkpoints: those that were kept, by tick.
     """
 
     scenario: Scenario
@@ -51,6 +52,7 @@ class Recording:
     wall_s: float = 0.0
     compile_s: float = 0.0
     stopped: str = ""
+    checkpoints: list[Checkpoint] = field(default_factory=list)
 
     def __getitem__(self, topic: str) -> np.ndarray:
         for track in self.tracks:
@@ -63,11 +65,14 @@ class Recording:
 
 
 class CompiledRun:
-    """One run of a scenario. `compile` makes the machine code ready, `run` fills the recording."""
+    """One run of a scenario. `compile` makes the machine code ready, `run` fills the recording.
 
-    def __init__(self, scenario: Scenario, check_bounds: bool = False):
+    plan: what goes into the log, see `Schedule.of`; by default what the scenario records.
+    """
+
+    def __init__(self, scenario: Scenario, check_bounds: bool = False, plan: dict | None = None):
         self.scenario, self.graph, self.check_bounds = scenario, scenario.graph, check_bounds
-        self.schedule = Schedule.of(self.graph, scenario.recorded(), scenario.faults)
+        self.schedule = Schedule.of(self.graph, scenario.recorded() if plan is None else plan, scenario.faults)
         self._codes = None
 
     @property
@@ -90,38 +95,46 @@ class CompiledRun:
             self._codes = {name: found[node.use] for name, node in self.graph.nodes.items()}
         return time.perf_counter() - began
 
-    def start(self, ticks: int, logs: dict | None = None) -> "Flight":
-        """Fresh memory for a run of so many ticks, with every component started."""
+    def start(self, ticks: int, logs: dict | None = None, begin: Checkpoint | None = None, kind: type | None = None):
+        """A `Flight` with memory for so many ticks: every component started, or as it stood at a checkpoint.
+
+        kind: of flight. Raises FlightError where the checkpoint is of another graph.
+        """
         self._refuse_too_long(ticks)
         self.compile()
-        return Flight(self, self.schedule.memory(ticks, logs), self._codes)
+        return (kind or Flight)(self, self.schedule.memory(ticks, logs), self._codes, begin)
 
     def _refuse_too_long(self, ticks: int):
         refuse_too_long(self.schedule.log_bytes(ticks), f"{self.scenario.origin}: a run of {ticks} ticks of "
                         f"{self.graph.base_ns / SECOND:g} s")
 
-    def run(self, progress=None, logs: dict | None = None, compiling=None) -> Recording:
+    def run(self, progress=None, logs: dict | None = None, compiling=None, begin: Checkpoint | None = None,
+            keeping: bool = False) -> Recording:
         """Run the scenario. progress(seconds simulated) is called now and then.
 
         Raises RunStopped on a fault; what was recorded until then is its ``recording``. logs: takes the arrays of the log,
         and gives those of an earlier run back to this one: a recording made with the same dictionary before is
-        overwritten. compiling: as the progress of `compile`.
+        overwritten. compiling: as the progress of `compile`. begin: where the run begins, if not at t = 0; keeping: whether
+        the checkpoints that the scenario asks for are kept.
         """
-        ticks = -(-self.scenario.duration_ns // self.graph.base_ns)
+        first, ticks = begin.tick if begin else 0, self.scenario.ticks
         if logs is None or not logs:
-            self._refuse_too_long(ticks)
+            self._refuse_too_long(max(ticks - first, 0))
         compile_s = self.compile(compiling)
         began = time.perf_counter()
-        flight = self.start(ticks, logs)
-        chunk = min(max(SHORTEST_CHUNK, ticks // 100) if progress else ticks, LONGEST_CHUNK)
+        flight = self.start(max(ticks - first, 0), logs, begin)
+        chunk, checkpoints = min(max(SHORTEST_CHUNK, ticks // 100) if progress else max(ticks, 1), LONGEST_CHUNK), []
         while not flight.stop and flight.tick < ticks:
-            flight.advance(min(ticks, flight.tick + chunk))
+            due = self.scenario.next_checkpoint(flight.tick) if keeping else ticks
+            flight.advance(min(ticks, flight.tick + chunk, due))
+            if flight.tick == due < ticks and not flight.stop:
+                checkpoints.append(flight.checkpoint())
             if progress:
                 progress(flight.tick * self.graph.base_ns / SECOND)
         wall_s = time.perf_counter() - began
         if logs is not None:
             logs.update((name, array) for name, array in flight.arrays.items() if name.startswith("L_"))
-        recording = Recording(self.scenario, flight.tracks(), wall_s, compile_s)
+        recording = Recording(self.scenario, flight.tracks(), wall_s, compile_s, checkpoints=checkpoints)
         if flight.stop:
             flight.stop.recording, recording.stopped = recording, str(flight.stop)
             raise flight.stop
@@ -131,10 +144,13 @@ class CompiledRun:
 class Flight:
     """A run under way: its whole memory is ``arrays``. ``stop`` is the RunStopped that ended it, if one did."""
 
-    def __init__(self, run: CompiledRun, arrays: dict, codes: dict | None):
+    def __init__(self, run: CompiledRun, arrays: dict, codes: dict | None, begin: Checkpoint | None = None):
         self.arrays, self.stop = arrays, None
         self._run, self._graph, self._schedule, self._codes = run, run.graph, run.schedule, codes
-        self._tick = 0
+        self._tick = self._first = begin.tick if begin else 0
+        self.shape = checkpoint.shape(self._graph, arrays, run.scenario.epoch_ns)
+        if begin:
+            begin.restore(arrays, self.shape, run.scenario.origin)
         with np.errstate(all="ignore"):
             if codes is None:
                 components = {name: node.component for name, node in self._graph.nodes.items()}
@@ -142,7 +158,20 @@ class Flight:
             else:
                 self._tables = driver.Tables(self._schedule, arrays, codes, run.scenario.epoch_ns)
                 self._control = self._tables.control(run.scenario.epoch_ns, self._graph.base_ns)
-            self._start()
+            self._seek(self._tick)
+            if begin is None:
+                self._start()
+
+    def _seek(self, tick):
+        """Let the next tick be this one."""
+        self._tick = tick
+        self._tables.begin(tick)
+        if self._codes is not None:
+            self._control["tick"] = tick
+
+    def checkpoint(self) -> Checkpoint:
+        """The memory as it is now, before the next tick."""
+        return Checkpoint.of(self._tick, self.shape, self.arrays)
 
     @property
     def tick(self) -> int:
@@ -163,7 +192,7 @@ class Flight:
             self._advance_plainly(tick)
             return
         self._control["end"] = tick
-        if self._drive():
+        if self._drive() == 1:
             firing = self._schedule.firings[int(self._control["who"][0])]
             self._tick = int(self._control["tick"][0])
             self._stopped(firing.node, firing.part, int(self._control["stop"][0]))
@@ -233,7 +262,8 @@ class Flight:
                 if made.log is not None:
                     records = self.arrays[made.log][:counts[made.log]]
                     period = self._schedule.log_period_ns(firing.node, made.port)
-                    stamps = np.arange(len(records)) * period if made.times is None else (
+                    begin = -(-self._first * self._graph.base_ns // period)
+                    stamps = (begin + np.arange(len(records))) * period if made.times is None else (
                         self.arrays[made.times][:len(records)] * self._graph.base_ns)
                     tracks.append(Track(made.signal.topic, made.signal, firing.node, made.port, stamps, records))
         return tracks

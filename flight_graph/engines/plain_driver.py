@@ -98,6 +98,9 @@ class PlainTables:
         self.faults = FaultTables(schedule, arrays, epoch_ns)
         self.firings = [PlainFiring(components[firing.node], arrays, firing, self.faults) for firing in schedule.firings]
 
+    def begin(self, tick: int) -> None:
+        """Nothing to do: what is due follows from the tick."""
+
     def start(self, node: str, parameters: np.ndarray, state: np.ndarray) -> None:
         """Run the start of a node."""
         component = self._components[node]

@@ -93,6 +93,18 @@ class Scenario:
     def seed(self) -> int:
         return self.file.seed
 
+    @property
+    def ticks(self) -> int:
+        """The tick behind the last one."""
+        return -(-self.duration_ns // self.graph.base_ns)
+
+    def next_checkpoint(self, tick: int) -> int:
+        """The first tick behind this one that a checkpoint is to be kept of; the end where there is none."""
+        if self.file.record.checkpoint_period_s is None:
+            return self.ticks
+        period = duration_ns(self.file.record.checkpoint_period_s, f"{self.origin}: record.checkpoint_period_s")
+        return min(self.ticks, -(-((tick * self.graph.base_ns // period + 1) * period) // self.graph.base_ns))
+
     def warnings(self) -> list[str]:
         """What the components say of their parameters, each behind the component's name, and parameters without effect."""
         return [f"{name}: {sentence}" for name, node in self.graph.nodes.items()
