@@ -119,6 +119,21 @@ class Checkpoint:
             memory[:] = np.frombuffer(content, "u1")
 
 
+    def difference(self, other: "Checkpoint") -> str:
+        """The first entry that differs from another checkpoint of the same graph, in words; empty: they are equal."""
+        for name, content in self.arrays.items():
+            wrong = np.flatnonzero(np.frombuffer(content, "u1") != np.frombuffer(other.arrays[name], "u1"))
+            if len(wrong):
+                return _entry(name, self.shape["records"][name], int(wrong[0]))
+        return ""
+
+
+def _entry(name, layout, offset) -> str:
+    begins = {int(text.rpartition(" ")[2]): entry for entry, text in layout.items() if entry}
+    entry = begins[max(begin for begin in begins if begin <= offset)] if begins else f"byte {offset}"
+    return f"{_words(name)}: {entry}"
+
+
 def _digest(said: dict, body: bytes) -> str:
     return hashlib.sha256(json.dumps(said, sort_keys=True).encode() + body).hexdigest()
 

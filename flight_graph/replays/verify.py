@@ -82,7 +82,7 @@ def _as_nodes(run, tolerance, progress, check_bounds, as_nodes):
         raise FlightError(f"{run.bag.path}: the run did not come to its end; a part of a run is compared by the compiled "
                           "engine only")
     with tempfile.TemporaryDirectory(prefix="flight_verify_") as folder:
-        as_nodes(run.scenario, Path(folder) / "again", progress, check_bounds)
+        as_nodes(run.scenario, Path(folder) / "again", progress, check_bounds, run.begin)
         return _compare(run, run.bag, read_bag(Path(folder) / "again"), tolerance)
 
 
@@ -94,7 +94,8 @@ def _again(run: RecordedRun, progress, compiling, check_bounds) -> tuple[Recordi
             return None, None
         scenario = shortened(run.scenario, run.recorded_until_ns)
     try:
-        return CompiledRun(scenario, check_bounds).run(progress, compiling=compiling), None
+        return CompiledRun(scenario, check_bounds).run(
+            progress, compiling=compiling, begin=run.first, keeping=True), None
     except RunStopped as stop:
         return stop.recording, stop
 
