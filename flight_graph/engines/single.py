@@ -8,6 +8,7 @@ import numpy as np
 from flight_graph.components.component import Component
 from flight_graph.engines import compilation, driver, fault_schedule
 from flight_graph.engines.addresses import address
+from flight_graph.engines.checkpoint import is_kept
 from flight_graph.engines.part_calls import parts, ports
 from flight_graph.engines.plain_driver import PlainTables
 from flight_graph.engines.schedule import Firing, Publication, Schedule
@@ -72,6 +73,16 @@ class SingleComponent:
         if f"N_{name}" in made:
             arrays[f"P_{name}"], made[f"N_{name}"] = parameters.copy(), parameters
         return arrays | made
+
+    def kept(self) -> dict[str, bytes]:
+        """Its part of a checkpoint, by the names of arrays."""
+        return {name: array.tobytes() for name, array in self._arrays.items() if is_kept(name)}
+
+    def restore(self, arrays: dict[str, bytes]) -> None:
+        """Go on with the memory of a checkpoint of its graph."""
+        for name, array in self._arrays.items():
+            if is_kept(name):
+                array.view("u1").reshape(-1)[:] = np.frombuffer(arrays[name], "u1")
 
     def take_over(self, earlier: "SingleComponent") -> None:
         """Go on where another one of the same component stood, with other faults: what was remembered is remembered."""

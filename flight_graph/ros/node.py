@@ -11,6 +11,7 @@ from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from flight_graph.engines.single import SingleComponent
 from flight_graph.errors import FlightError, unknown
 from flight_graph.recordings.recording import formatted_payload
+from flight_graph.ros.checkpoints import CheckpointSettings, NodeMemory
 from flight_graph.ros.live_faults import CLEAR, INJECT, LiveFaults
 from flight_graph.ros.parameters import ComponentParameters
 from flight_graph.ros.ports import InputPort, LoopOnly, OutputPort, RawPublisher, is_importable
@@ -79,6 +80,9 @@ class ComponentNode(LifecycleNode):
             self.settings.epoch_ns, self.settings.check_bounds)
         self._watched = watched
         self._machine = SingleComponent(*self._arguments, self.faults, watched)
+        self.memory = NodeMemory(self, CheckpointSettings(**self.settings.checkpoints), lambda: self._machine)
+        self.memory.watch(self.outputs, component.output_rate_hz)
+        self.memory.restore()
         self._thread.start()
         if autostart:
             self.trigger_configure()
@@ -190,6 +194,7 @@ class ComponentNode(LifecycleNode):
             if t_ns % self.output_periods[name] < span_ns:
                 count = self._machine.delivered(name)
                 port.publish(self.settings.epoch_ns + t_ns, count)
+                self.memory.published(name, port.record, count)
                 for made, publisher in self.formatted * count:
                     if made.port == name:
                         publisher.publish(formatted_payload(made, port.record))
@@ -232,7 +237,7 @@ class ComponentNode(LifecycleNode):
             found = port.subscribers()
             if found < wanted:
                 return f"readers of its output {name} on {port.publisher.topic}: {found} of {wanted} have appeared"
-        return self.progress.unmatched()
+        return self.memory.unmatched() or self.progress.unmatched()
 
     def _why_no_publisher(self, name, port):
         topic = port.subscription.topic

@@ -15,6 +15,7 @@ from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.bag_scenario import INJECTED_FAULTS
 from flight_graph.recordings.recording import RecordedTopic, RunBag, formatted_payload
 from flight_graph.ros import live_faults
+from flight_graph.ros.checkpoints import Collector
 from flight_graph.ros.ports import LoopOnly, RawSubscription, is_importable
 from flight_graph.ros.progress import Progress
 from flight_graph.ros.slots import TYPE as SLOT_TYPE
@@ -32,9 +33,11 @@ QUIET_S = 0.3  # [s] after an interruption, messages on their way are waited for
 class Stream:
     """One recorded signal: messages taken but not written yet, and the stamp that must come next."""
 
-    def __init__(self, node, topic: RecordedTopic, epoch_ns: int, end_ns: int, group, slotted: bool = False):
+    def __init__(self, node, topic: RecordedTopic, epoch_ns: int, end_ns: int, group, slotted: bool = False,
+                 begin_ns: int = 0):
         self.topic, self.end_ns = topic, end_ns
-        self.lost, self.refused, self.next_ns, self.queue = 0, 0, 0, deque()
+        self.lost, self.refused, self.queue = 0, 0, deque()
+        self.next_ns = -(-begin_ns // topic.source_period_ns) * topic.source_period_ns
         self.excused = False  # in realtime, of a node whose process may be stopped and killed: its silence is no loss
         self._epoch_ns, self._log = epoch_ns, node.get_logger()
         self.subscription = RawSubscription(node, topic.topic, topic.type_name, RECORDER, group)
@@ -114,17 +117,20 @@ class Recorder:
     def __init__(self, node, scenario: Scenario, bag: RunBag, settings, group):
         self.node, self.bag, self.settings = node, bag, settings
         end_ns = settings.duration_ns or scenario.duration_ns
+        first = node.begin.checkpoint.tick if node.begin else 0
+        self.begin_ns = first * scenario.graph.base_ns
         self.streams, self.listeners, self._formatted = [], [], {}
         faulty = {fault.place.node for fault in scenario.faults.of_components().values()}
         for topic in bag.topics:
             if topic.formatted is None:
                 slotted = scenario.faults.is_irregular(topic.node, topic.port)
-                self.streams.append(Stream(node, topic, scenario.epoch_ns, end_ns, group, slotted))
+                self.streams.append(Stream(node, topic, scenario.epoch_ns, end_ns, group, slotted, self.begin_ns))
                 self.streams[-1].excused = not settings.lockstep and (topic.node in faulty or (
                     scenario.file.watchdog is not None and topic.node != scenario.graph.clock_master))
             else:
                 self._formatted.setdefault((topic.node, topic.port), []).append(topic)
         self.end_ns = end_ns
+        self.checkpoints = Collector(node, scenario, first, bag.keep) if settings.lockstep else None
         self._injections = RawSubscription(node, live_faults.TOPIC, live_faults.TYPE, live_faults.QOS, group) if (
             scenario.live_ids) else None
 
@@ -137,12 +143,16 @@ class Recorder:
         return list(found.values())
 
     def drain(self) -> int:
+        if self.checkpoints:
+            self.checkpoints.drain()
         return sum(stream.drain() for stream in self.streams)
 
     def watermark(self) -> int:
         """Every message stamped before this has been taken. In realtime a late topic holds the others for `HOLD_S`: what
         is held here would be lost with this process."""
         low = min(stream.next_ns for stream in self.streams)
+        if self.checkpoints:
+            low = min(low, self.checkpoints.until_ns)
         if not self.settings.lockstep:
             long_ago = time.monotonic() - HOLD_S
             held = (t_ns + 1 for stream in self.streams for t_ns, _, taken in stream.queue if taken < long_ago)
@@ -176,19 +186,20 @@ class Recorder:
     @property
     def done(self) -> bool:
         """Whether all has come; of streams that are excused, what has come by then."""
-        return all(stream.done for stream in self.streams if not stream.excused)
+        return all(stream.done for stream in self.streams if not stream.excused) and (
+            self.checkpoints is None or self.checkpoints.done)
 
 
 def run(node, scenario: Scenario, folder: Path, settings) -> dict:
     """Record until every topic is complete or the node is asked to end; return the outcome. Raises FlightError."""
-    bag = RunBag(folder, scenario, "ros", node.pace)
+    bag = RunBag(folder, scenario, "ros", node.pace, begin=node.begin)
     bag.writer.metadata("flight_graph.ros", {"domain_id": os.environ.get("ROS_DOMAIN_ID") or "0"})
     recorder = Recorder(node, scenario, bag, settings, LoopOnly())
     progress = Progress(node, settings)
     recorder.listeners = _listeners(node, scenario, recorder.streams) if settings.supervised else []
     try:
         _wait_for_publishers(node, recorder, settings, progress)
-        progress.tell(0)
+        progress.tell(recorder.begin_ns)
         while not recorder.done and not node.should_end():
             recorder.drain()
             mark = recorder.watermark()
@@ -244,6 +255,7 @@ def _wait_for_publishers(node, recorder, settings, progress):
     while True:
         missing = [f"{stream.subscription.topic} by the node {stream.topic.node}" for stream in recorder.streams
                    if stream.publishers() < 1]
+        missing += [f"{name}/checkpoint" for name in (recorder.checkpoints.missing() if recorder.checkpoints else ())]
         late = f"a publisher of {', '.join(missing)}" if missing else progress.unmatched()
         if late is None or node.should_end():
             return
