@@ -76,6 +76,11 @@ class RawSubscription:
         taken = self._handle.take_message(self.message_type, True)
         return None if taken is None else taken[0]
 
+    def take_sent(self) -> tuple[bytes, int] | None:
+        """The next message and when it was sent (by its sender's wall clock) [ns], or None when none is there."""
+        taken = self._handle.take_message(self.message_type, True)
+        return None if taken is None else (taken[0], taken[1]["source_timestamp"])
+
     def wait(self, nanoseconds: int) -> None:
         """Wait until a message is there, for at most ``nanoseconds`` (and never longer than a slice)."""
         self._wait_set.add_subscription(self._handle)
@@ -146,7 +151,8 @@ class InputPort:
         self.payload, self.record = signal.new()
         self.subscription = RawSubscription(node, topic, signal.type_name, signal.role.qos, group, overridable(node))
         self._reader = slots.SlotReader(self.subscription, RawSubscription(
-            node, slots.slots_topic(topic), slots.TYPE, slots.QOS_OF_SLOTS, group)) if slotted else None
+            node, slots.slots_topic(topic), slots.TYPE, slots.QOS_OF_SLOTS, group),
+            lossy=not node.settings.lockstep) if slotted else None
         self.stamp_ns = None
         self._spare, self._spare_record = signal.new()
         self._spare_stamp = self._spare_record

@@ -34,7 +34,7 @@ class Stream:
     """One recorded signal: messages taken but not written yet, and the stamp that must come next."""
 
     def __init__(self, node, topic: RecordedTopic, epoch_ns: int, end_ns: int, group, slotted: bool = False,
-                 begin_ns: int = 0):
+                 lossy: bool = False, begin_ns: int = 0):
         self.topic, self.end_ns = topic, end_ns
         self.lost, self.refused, self.queue = 0, 0, deque()
         self.next_ns = -(-begin_ns // topic.source_period_ns) * topic.source_period_ns
@@ -42,7 +42,7 @@ class Stream:
         self._epoch_ns, self._log = epoch_ns, node.get_logger()
         self.subscription = RawSubscription(node, topic.topic, topic.type_name, RECORDER, group)
         self._slots = SlotReader(self.subscription, RawSubscription(
-            node, slots_topic(topic.topic), SLOT_TYPE, RECORDER, group)) if slotted else None
+            node, slots_topic(topic.topic), SLOT_TYPE, RECORDER, group), lossy) if slotted else None
         self._payload, self._record = topic.signal.new()
         self._offset = _stamp_offset(topic.signal)
 
@@ -124,7 +124,8 @@ class Recorder:
         for topic in bag.topics:
             if topic.formatted is None:
                 slotted = scenario.faults.is_irregular(topic.node, topic.port)
-                self.streams.append(Stream(node, topic, scenario.epoch_ns, end_ns, group, slotted, self.begin_ns))
+                self.streams.append(Stream(node, topic, scenario.epoch_ns, end_ns, group, slotted, not settings.lockstep,
+                                           self.begin_ns))
                 self.streams[-1].excused = not settings.lockstep and (topic.node in faulty or (
                     scenario.file.watchdog is not None and topic.node != scenario.graph.clock_master))
             else:

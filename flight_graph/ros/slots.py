@@ -34,27 +34,52 @@ def parse(message: bytes) -> tuple[int, int]:
 
 
 class SlotReader:
-    """The messages of a topic, slot by slot. data, slots: the two subscriptions."""
+    """The messages of a topic, slot by slot. data, slots: the two subscriptions.
 
-    def __init__(self, data, slots):
-        self.data, self._slots = data, slots
-        self._stamp_ns, self._count, self._messages = None, 0, []
+    With ``lossy`` (realtime: processes are stopped, killed and started again, so that either topic may lose what the other
+    has) messages and slots find each other by when they were sent: a node sends the messages of a slot right before it.
+    A message that was lost is not waited for when a later one is there, and one without a slot is left out.
+    """
+
+    def __init__(self, data, slots, lossy: bool):
+        self.data, self._slots, self._lossy = data, slots, lossy
+        self._slot, self._messages = None, []  # (stamp [ns], count, when it was sent [ns])
+        self._ahead = None  # (message, when it was sent [ns]) that belongs to a later slot
 
     def next(self) -> tuple[int, list[bytes]] | None:
         """(stamp [ns], messages) of the next slot, None while it is not all there."""
-        if self._stamp_ns is None:
-            slot = self._slots.take()
+        if self._slot is None:
+            slot = self._slots.take_sent()
             if slot is None:
                 return None
-            self._stamp_ns, self._count = parse(slot)
-        while len(self._messages) < self._count:
+            self._slot = (*parse(slot[0]), slot[1])
+        stamp_ns, count, _ = self._slot
+        if not (self._gather_lossy() if self._lossy else self._gather()):
+            return None
+        found = stamp_ns, self._messages[max(0, len(self._messages) - count):]
+        self._slot, self._messages = None, []
+        return found
+
+    def _gather(self) -> bool:
+        """Take the messages of the slot in order; whether all are there."""
+        while len(self._messages) < self._slot[1]:
             message = self.data.take()
             if message is None:
-                return None
+                return False
             self._messages.append(message)
-        found = self._stamp_ns, self._messages
-        self._stamp_ns, self._messages = None, []
-        return found
+        return True
+
+    def _gather_lossy(self) -> bool:
+        """Take what was sent before the slot; whether its messages are there or will never be."""
+        _, count, sent_ns = self._slot
+        while True:
+            self._ahead = self._ahead or self.data.take_sent()
+            if self._ahead is None:
+                return len(self._messages) >= count
+            if self._ahead[1] > sent_ns:
+                return True
+            self._messages.append(self._ahead[0])
+            self._ahead = None
 
     def publishers(self) -> int:
         """How many sources there are of both topics."""
@@ -62,4 +87,4 @@ class SlotReader:
 
     def wait(self, nanoseconds: int) -> None:
         """Wait until something of the next slot is there."""
-        (self._slots if self._stamp_ns is None else self.data).wait(nanoseconds)
+        (self._slots if self._slot is None else self.data).wait(nanoseconds)

@@ -5,6 +5,9 @@ from rclpy.clock_type import ClockType
 from rclpy.qos import DurabilityPolicy, LivelinessPolicy, ReliabilityPolicy
 
 LOOK_S = 0.5  # [s] between two looks at the graph
+_LOOKS = 10  # so often a node is waited for whose endpoint is found before its name
+_UNKNOWN = "_NODE_NAME_UNKNOWN_"  # as rcl calls it
+_UNNAMED = "of a participant that names none"
 _STRONG = {"reliability": ReliabilityPolicy.RELIABLE, "durability": DurabilityPolicy.TRANSIENT_LOCAL,
            "liveliness": LivelinessPolicy.MANUAL_BY_TOPIC}
 _LIMITS = ("deadline", "liveliness_lease_duration")
@@ -16,11 +19,15 @@ class Strangers:
 
     def __init__(self, node, subscriptions, publishers):
         self._node, self._subscriptions, self._publishers = node, subscriptions, publishers
-        self._told = set()
+        self._told, self._unnamed = set(), {}
         node.create_timer(LOOK_S, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _look(self):
         for sentence in misfits(self._node, self._subscriptions, self._publishers):
+            if _UNNAMED in sentence:
+                self._unnamed[sentence] = looks = self._unnamed.get(sentence, 0) + 1
+                if looks < _LOOKS:
+                    continue
             if sentence not in self._told:
                 self._told.add(sentence)
                 self._node.get_logger().warning(sentence)
@@ -92,4 +99,6 @@ def _override(topic, side, why, wanted) -> str:
 
 
 def _name(info) -> str:
+    if info.node_name == _UNKNOWN:
+        return _UNNAMED
     return f"{info.node_namespace.rstrip('/')}/{info.node_name}"
