@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 from flight_graph.bags.reader import Bag, read_bag
 from flight_graph.components.foreign import consent
-from flight_graph.graphs.scenario import Scenario
 from flight_graph.engines.checkpoint import Checkpoint
+from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings import beginning
 from flight_graph.recordings.bag_scenario import read_scenario
 from flight_graph.recordings.beginning import Beginning
