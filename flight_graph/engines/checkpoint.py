@@ -81,8 +81,8 @@ class Checkpoint:
 
     def encode(self) -> bytes:
         """As an attachment of a bag."""
-        body = b"".join(self.arrays.values())
-        said = {"tick": self.tick, "shape": self.shape, "sizes": list(map(len, self.arrays.values())), "digest": self.digest}
+        body, sizes = b"".join(self.arrays.values()), list(map(len, self.arrays.values()))
+        said = {"tick": self.tick, "shape": self.shape, "sizes": sizes, "digest": self.digest}
         head = json.dumps(said).encode()
         return zstandard.ZstdCompressor(level=1).compress(len(head).to_bytes(_HEAD, "little") + head + body)
 

@@ -192,11 +192,13 @@ class Flight:
             self._advance_plainly(tick)
             return
         self._control["end"] = tick
-        if self._drive() == 1:
-            firing = self._schedule.firings[int(self._control["who"][0])]
+        try:
+            code = self._drive()
+        finally:
             self._tick = int(self._control["tick"][0])
+        if code == 1:
+            firing = self._schedule.firings[int(self._control["who"][0])]
             self._stopped(firing.node, firing.part, int(self._control["stop"][0]))
-        self._tick = int(self._control["tick"][0])
 
     def _drive(self) -> int:
         """Run the driver to its end; in a thread, where this one is to hear signals: inside of machine code it cannot."""
@@ -216,10 +218,11 @@ class Flight:
 
     def _advance_plainly(self, end):
         with np.errstate(all="ignore"):
-            while not self.stop and self._tick < end:
-                self._plain_tick(self._tick * self._graph.base_ns)
+            while not self.stop and self._tick < end and not self._plain_tick(self._tick * self._graph.base_ns):
+                pass
 
-    def _plain_tick(self, t_ns):
+    def _plain_tick(self, t_ns) -> bool:
+        """Run one tick; whether to end here."""
         self._tables.hold(self._tick)
         stamp = stamp_parts(self._run.scenario.epoch_ns + t_ns)
         for firing, bound in zip(self._schedule.firings, self._tables.firings):
@@ -228,8 +231,9 @@ class Flight:
                 if code:
                     self._stopped(firing.node, firing.part, code)
                 if self.stop:
-                    return
+                    return True
         self._tick += 1
+        return False
 
     def _guarded(self, node, part, call, *arguments):
         """What a kernel raises in plain Python stops the run, as it does when compiled."""

@@ -26,7 +26,7 @@ from flight_math.kernel import library
 
 _WORD = "<i8"
 
-CONTROL = table("tick end epoch_ns base_ns stop who holds holds_end firings firings_end fire when when_end")  # fire: its address
+CONTROL = table("tick end epoch_ns base_ns stop who holds holds_end firings firings_end fire when when_end")  # addresses
 HOLD = table("next period target origin size")
 FIRING = table("next period part parameters state records fault outputs outputs_end own start")
 OUTPUT = table("next period stamp record size runs runs_end visible log log_next log_period channel times")
@@ -156,8 +156,8 @@ def fire(firing_at, tick, t_ns, stamp):
 
 @compiled
 def run(control_at):
-    """Run from control.tick to control.end. Returns 0, 1 when a firing stopped it (control.stop and .who), or 2 at the first
-    tick before which the condition control.when holds, where there is one.
+    """Run from control.tick to control.end. Returns 0, 1 when a firing stopped it (control.stop and .who), or 2 at the
+    first tick before which the condition control.when holds, where there is one.
     """
     control = row(control_at, CONTROL)
     while control.tick < control.end:

@@ -148,7 +148,7 @@ class Schedule:
         node, faults = self.graph.nodes[step.node], self._faults_of(self.graph.nodes[step.node])
         inputs = [] if step.part == "output" else list(node.component.inputs)
         outputs = [] if step.part == "update" else list(node.component.outputs)
-        origins = {port: self._read(node, port) for port in inputs}
+        origins = {port: self.read_by(node, port) for port in inputs}
         channels = {port: channel for port, origin in origins.items()
                     if faults and (channel := faults.input(port, origin)) is not None}
         seen = {port: channels[port].visible if port in channels else origin for port, origin in origins.items()}
@@ -180,8 +180,8 @@ class Schedule:
             return f"V_{name}.{port}"
         return f"{'E' if faults and faults.output(port, '', '') else 'O'}_{name}.{port}"
 
-    def _read(self, node, port) -> str:
-        """What an input reads."""
+    def read_by(self, node, port: str) -> str:
+        """The array that an input reads, before its faults."""
         return _held(node, port) if _is_held(node, port) else self.shown(node.inputs[port].node, node.inputs[port].port)
 
 

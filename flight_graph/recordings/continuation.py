@@ -63,8 +63,8 @@ def continued(text: str, settings: dict | None = None, duration_s: float | None 
               compiling=None, option: str = "--from") -> Continuation:
     """Take a run up at ``BAG@SECONDS``. Raises FlightError.
 
-    settings: ``component.parameter`` -> value; with any it is a branch. duration_s: simulated time from there on; by default
-    to the end of the run. trust: as for `open_recorded`. progress(seconds simulated) on the way from the checkpoint.
+    settings: ``component.parameter`` -> value; with any it is a branch. duration_s: simulated time from there on; by
+    default to the end of the run. trust: as for `open_recorded`. progress(seconds simulated) on the way from the checkpoint.
     """
     path, seconds = split(text, option)
     if seconds is None:
@@ -79,15 +79,21 @@ def continued(text: str, settings: dict | None = None, duration_s: float | None 
 def memory_at(run: RecordedRun, tick: int, progress=None, compiling=None) -> Checkpoint:
     """The memory of a recorded run before a tick. Raises FlightError where the bag does not reach to it."""
     where, base_ns = f"bag {quoted(run.bag.path)}", run.scenario.graph.base_ns
-    if run.is_realtime:
-        raise FlightError(f"{where}: the run was in realtime, where the wall clock decided which message reached whom in "
-                          "time; only a run in lockstep can be taken up")
+    refuse_realtime(run)
     first = run.first.tick if run.first else 0
     last = run.scenario.ticks if run.complete else -(-run.recorded_until_ns // base_ns)
     if not first <= tick <= last:
         raise FlightError(f"{where}: tick {tick} (t = {tick * base_ns / SECOND:.9g} s) is outside of it; it holds the run "
-                          f"from tick {first} to {last} (t = {first * base_ns / SECOND:.9g} to {last * base_ns / SECOND:.9g} s)")
+                          f"from tick {first} (t = {first * base_ns / SECOND:.9g} s) to {last} "
+                          f"({last * base_ns / SECOND:.9g} s)")
     return memory_from(run.scenario, run.checkpoint_before(tick), tick, progress, compiling)
+
+
+def refuse_realtime(run: RecordedRun) -> None:
+    """Refuse a run that cannot be made again. Raises FlightError."""
+    if run.is_realtime:
+        raise FlightError(f"bag {quoted(run.bag.path)}: the run was in realtime, where the wall clock decided which message "
+                          "reached whom in time; only a run in lockstep can be taken up")
 
 
 def memory_from(scenario: Scenario, begin: Checkpoint | None, tick: int, progress=None, compiling=None) -> Checkpoint:
