@@ -2,13 +2,14 @@
 
 import typer
 
-from flight_graph.cli import bags, check, claims, compile, demo, design, doctor, fault, identify, replay, scenarios, sweep
+from flight_graph.cli import bags, check, claims, compile, demo, design, doctor, fault, identify, replay, scenarios, step, sweep
 
 app = typer.Typer(
     name="flight", no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="rich",
     help="Simulated flight software for spacecraft at small bodies: run, record, judge.\n\n"
          "Example: [bold]flight run cubli_asteroid[/bold]")
 scenarios.register(app)
+step.register(app)
 check.register(app)
 compile.register(app)
 fault.register(app)

@@ -43,7 +43,13 @@ def shape(graph, arrays: dict[str, np.ndarray], epoch_ns: int) -> dict:
 def _layout(array: np.ndarray) -> dict[str, str]:
     if array.dtype.names is None:
         return {"": f"{len(array)} of {array.dtype.str}"}
-    return {name: f"{array.dtype.fields[name][0]} at byte {array.dtype.fields[name][1]}" for name in array.dtype.names}
+    return {name: f"{_format(array.dtype.fields[name][0])} at byte {array.dtype.fields[name][1]}"
+            for name in array.dtype.names}
+
+
+def _format(dtype) -> str:
+    base = str(dtype.base).replace("'", "") if dtype.base.names else dtype.base.str
+    return f"{' x '.join(map(str, dtype.shape))} of {base}" if dtype.shape else base
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,11 @@ class RecordedRun:
         """The memory that the run began with; None: that of t = 0."""
         return self.begin.checkpoint if self.begin else None
 
+    @property
+    def begin_ns(self) -> int:
+        """Time of its first tick [ns]."""
+        return self.first.t_ns if self.first else 0
+
     def checkpoint_before(self, tick: int) -> Checkpoint | None:
         """The newest checkpoint not behind a tick; None: the start at t = 0. Raises FlightError where it is damaged."""
         known = [one for one in beginning.ticks(self.bag) if one <= tick]

@@ -84,3 +84,18 @@ def names(schedule: Schedule) -> list[str]:
         for port, signal in [*component.outputs.items(), *component.inputs.items()]:
             found += [f"{name}.{port}"] + [f"{name}.{port}.{path}" for path, _, _, _ in signal.leaves()]
     return found
+
+
+def unit(found: Found, schedule: Schedule) -> str:
+    """The unit of a field, in brackets; empty where none is declared."""
+    name = found.path.partition("[")[0]
+    node, _, port = found.array[2:].partition(".")
+    component = schedule.graph.nodes[node].component
+    if not port:
+        entries = (component.state if found.array.startswith("X_") else component.parameters).entries
+        declared = entries[name].unit if name in entries else ""
+    else:
+        signal = (component.outputs | component.inputs)[port]
+        quantities = {key: one for parts in signal.groups.values() for key, one in parts.items()}
+        declared = quantities[name].unit if name in quantities else ""
+    return f"[{declared}]" if declared else ""

@@ -18,7 +18,7 @@ from numba import config
 from flight_graph.engines.checkpoint import Checkpoint
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.engines.stepped import SteppedFlight
-from flight_graph.errors import FlightError
+from flight_graph.errors import FlightError, unknown
 from flight_graph.faults.conditions import condition
 from flight_graph.graphs import scenario as scenarios
 from flight_graph.graphs.scenario import Scenario
@@ -145,6 +145,8 @@ class Stepper:
             return self._to(continuation.tick_at(float(what), self.scenario.graph.base_ns, f"until {what:g}"))
         if what in self.scenario.graph.nodes:
             return self._until_firing(what)
+        if what.strip().isidentifier():
+            raise unknown("component", what.strip(), self.scenario.graph.nodes, "until")
         return self._until_condition(what)
 
     def _to(self, tick: int) -> bool:
