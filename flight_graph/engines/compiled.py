@@ -73,7 +73,7 @@ class CompiledRun:
     def __init__(self, scenario: Scenario, check_bounds: bool = False, plan: dict | None = None):
         self.scenario, self.graph, self.check_bounds = scenario, scenario.graph, check_bounds
         self.schedule = Schedule.of(self.graph, scenario.recorded() if plan is None else plan, scenario.faults)
-        self._codes = None
+        self._codes = self.shape = None
 
     @property
     def components(self) -> dict:
@@ -148,7 +148,6 @@ class Flight:
         self.arrays, self.stop = arrays, None
         self._run, self._graph, self._schedule, self._codes = run, run.graph, run.schedule, codes
         self._tick = self._first = begin.tick if begin else 0
-        self.shape = checkpoint.shape(self._graph, arrays, run.scenario.epoch_ns)
         if begin:
             begin.restore(arrays, self.shape, run.scenario.origin)
         with np.errstate(all="ignore"):
@@ -161,6 +160,13 @@ class Flight:
             self._seek(self._tick)
             if begin is None:
                 self._start()
+
+    @property
+    def shape(self) -> dict:
+        """What a checkpoint of it must have, see `flight_graph.engines.checkpoint.shape`."""
+        if self._run.shape is None:
+            self._run.shape = checkpoint.shape(self._graph, self.arrays, self._run.scenario.epoch_ns)
+        return self._run.shape
 
     def _seek(self, tick):
         """Let the next tick be this one."""

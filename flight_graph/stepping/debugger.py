@@ -140,7 +140,7 @@ class Debugger:
         run = self.run
         period = run.scenario.graph.base_ns
         self._say(f"{run.scenario.name}: t = {run.t_s:.9g} s, tick {run.tick} of {run.scenario.ticks} ({period / 1e6:g} ms each)"
-                  + (f", {run.flight.fired} firings of it are over" if run.flight.fired else ""))
+                  + (f", {run.flight.fired} of its firings are over" if run.flight.fired else ""))
         if run.stopped:
             self._say(run.stopped)
         order = [f"{firing.node}.{firing.part}" for firing in (run.schedule.firings[one] for one in run.flight.due(run.tick))]

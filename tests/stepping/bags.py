@@ -4,8 +4,8 @@ from flight_graph.bags.reader import read_bag
 from flight_graph.bags.writer import BagWriter
 
 
-def changed(source, folder, attachments=None, metadata=None):
-    """A copy of a bag with other attachments (name -> content) and entries of metadata (name -> entries)."""
+def changed(source, folder, attachments=None, metadata=None, change=lambda topic, number, payload: payload):
+    """A copy of a bag with other attachments (name -> content), entries of metadata (name -> entries), and payloads."""
     bag = read_bag(source)
     with BagWriter(folder) as writer:
         for record in bag.all_attachments:
@@ -18,5 +18,6 @@ def changed(source, folder, attachments=None, metadata=None):
             if channel.topic not in topics:
                 topics[channel.topic] = writer.add_channel(
                     channel.topic, channel.message_encoding, channel.metadata, (schema.name, schema.encoding, schema.data))
-            writer.write(topics[channel.topic], stamp_ns, payload)
+            topic = topics[channel.topic]
+            writer.write(topic, stamp_ns, change(topic.name, topic.count, payload))
     return folder
