@@ -83,12 +83,13 @@ def growth() -> int:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
 
 
-print(f"{'vehicle':<18}{'compared':>12}{'run with/without':>18}{'to take':>10}{'size':>12}{'packed':>10}{'to pack':>10}{'back 1000':>12}")
+print(f"{'vehicle':<18}{'compared':>12}{'run with/without':>18}{'to take':>10}{'size':>12}{'packed':>10}{'to pack':>10}"
+      f"{'back 1000':>12}")
 for words, (name, seconds) in VEHICLES.items():
     plain = load(name, {"duration_s": seconds})
     kept = load(name, {"duration_s": seconds, "record": {"checkpoint_period_s": PERIOD_S if seconds > PERIOD_S else 1.0}})
     compared = continuations(plain)
     ratio, taken, size, packed, milliseconds = cost(plain, kept)
-    print(f"{words:<18}{compared:>12}{ratio:>18.3f}{taken:>7.2f} ms{size / 1024:>8.1f} KiB{packed / 1024:>6.1f} KiB{milliseconds:>7.2f} ms"
-          f"{1e3 * step_back(plain):>9.1f} ms", flush=True)
+    print(f"{words:<18}{compared:>12}{ratio:>18.3f}{taken:>7.2f} ms{size / 1024:>8.1f} KiB{packed / 1024:>6.1f} KiB"
+          f"{milliseconds:>7.2f} ms{1e3 * step_back(plain):>9.1f} ms", flush=True)
 print(f"a thousand resets, runs and steps back: {growth()} KiB more")

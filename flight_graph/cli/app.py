@@ -2,7 +2,21 @@
 
 import typer
 
-from flight_graph.cli import bags, check, claims, compile, demo, design, doctor, fault, identify, replay, scenarios, step, sweep
+from flight_graph.cli import (
+    bags,
+    check,
+    claims,
+    compile,
+    demo,
+    design,
+    doctor,
+    fault,
+    identify,
+    replay,
+    scenarios,
+    step,
+    sweep,
+)
 
 app = typer.Typer(
     name="flight", no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="rich",

@@ -104,8 +104,12 @@ class CompiledRun:
         self.compile()
         return (kind or Flight)(self, self.schedule.memory(ticks, logs), self._codes, begin)
 
-    def _refuse_too_long(self, ticks: int):
-        refuse_too_long(self.schedule.log_bytes(ticks), f"{self.scenario.origin}: a run of {ticks} ticks of "
+    def _refuse_too_long(self, ticks: int, keeping: bool = False):
+        size = self.schedule.log_bytes(ticks)
+        if keeping and self.scenario.checkpoint_period_ns:
+            kept = sum(array.nbytes for name, array in self.schedule.memory(0).items() if checkpoint.is_kept(name))
+            size += kept * (ticks * self.graph.base_ns // self.scenario.checkpoint_period_ns)
+        refuse_too_long(size, f"{self.scenario.origin}: a run of {ticks} ticks of "
                         f"{self.graph.base_ns / SECOND:g} s")
 
     def run(self, progress=None, logs: dict | None = None, compiling=None, begin: Checkpoint | None = None,
@@ -119,7 +123,7 @@ class CompiledRun:
         """
         first, ticks = begin.tick if begin else 0, self.scenario.ticks
         if logs is None or not logs:
-            self._refuse_too_long(max(ticks - first, 0))
+            self._refuse_too_long(max(ticks - first, 0), keeping)
         compile_s = self.compile(compiling)
         began = time.perf_counter()
         flight = self.start(max(ticks - first, 0), logs, begin)

@@ -12,7 +12,6 @@ from flight_graph.engines.schedule import Firing
 from flight_graph.faults.conditions import Condition
 from flight_graph.timebase import stamp_parts
 
-
 SHORT = 64  # [ticks]
 
 
@@ -68,8 +67,8 @@ class SteppedFlight(Flight):
         t_ns = self._tick * self._graph.base_ns
         sec, nanosec = stamp_parts(self._run.scenario.epoch_ns + t_ns)
         if self._codes is not None:
-            return driver.function("fire")(address(self._tables.firings) + number * driver.FIRING.itemsize, self._tick, t_ns,
-                                           sec | nanosec << 32)
+            row = address(self._tables.firings) + number * driver.FIRING.itemsize
+            return driver.function("fire")(row, self._tick, t_ns, sec | nanosec << 32)
         firing, bound = self._schedule.firings[number], self._tables.firings[number]
         with np.errstate(all="ignore"):
             return self._guarded(firing.node, firing.part, bound.fire, self._tick, t_ns, (sec, nanosec), around)

@@ -64,7 +64,8 @@ def continued(text: str, settings: dict | None = None, duration_s: float | None 
     """Take a run up at ``BAG@SECONDS``. Raises FlightError.
 
     settings: ``component.parameter`` -> value; with any it is a branch. duration_s: simulated time from there on; by
-    default to the end of the run. trust: as for `open_recorded`. progress(seconds simulated) on the way from the checkpoint.
+    default to the end of the run. trust: as for `open_recorded`. progress(seconds simulated) on the way from the
+    checkpoint.
     """
     path, seconds = split(text, option)
     if seconds is None:
@@ -92,8 +93,8 @@ def memory_at(run: RecordedRun, tick: int, progress=None, compiling=None) -> Che
 def refuse_realtime(run: RecordedRun) -> None:
     """Refuse a run that cannot be made again. Raises FlightError."""
     if run.is_realtime:
-        raise FlightError(f"bag {quoted(run.bag.path)}: the run was in realtime, where the wall clock decided which message "
-                          "reached whom in time; only a run in lockstep can be taken up")
+        raise FlightError(f"bag {quoted(run.bag.path)}: the run was in realtime, where the wall clock decided which "
+                          "message reached whom in time; only a run in lockstep can be taken up")
 
 
 def memory_from(scenario: Scenario, begin: Checkpoint | None, tick: int, progress=None, compiling=None) -> Checkpoint:

@@ -28,7 +28,8 @@ class Debugger:
     @staticmethod
     def commands() -> dict[str, str]:
         """name -> what it does."""
-        return {name.removeprefix("do_"): method.__doc__ for name, method in vars(Debugger).items() if name.startswith("do_")}
+        return {name.removeprefix("do_"): method.__doc__ for name, method in vars(Debugger).items()
+                if name.startswith("do_")}
 
     def words(self) -> list[str]:
         """What may stand behind a command, for completion."""
@@ -112,7 +113,7 @@ class Debugger:
         self._say(str(found) if found else self.run.stopped or f"equal to {other.bag.path} until here")
 
     def do_branch(self, rest: str) -> None:
-        """branch COMPONENT.PARAMETER=VALUE ...: go on from this tick with something set; what was before cannot be gone to"""
+        """branch COMPONENT.PARAMETER=VALUE ...: go on from this tick with something set, and never behind it"""
         settings = {}
         for text in shlex.split(rest):
             key, equals, value = text.partition("=")
@@ -138,12 +139,13 @@ class Debugger:
     def do_where(self, rest: str) -> None:
         """where: time, tick, what comes next, and from where this run is"""
         run = self.run
-        period = run.scenario.graph.base_ns
-        self._say(f"{run.scenario.name}: t = {run.t_s:.9g} s, tick {run.tick} of {run.scenario.ticks} ({period / 1e6:g} ms each)"
+        period_ms = run.scenario.graph.base_ns / 1e6
+        self._say(f"{run.scenario.name}: t = {run.t_s:.9g} s, tick {run.tick} of {run.scenario.ticks} of {period_ms:g} ms"
                   + (f", {run.flight.fired} of its firings are over" if run.flight.fired else ""))
         if run.stopped:
             self._say(run.stopped)
-        order = [f"{firing.node}.{firing.part}" for firing in (run.schedule.firings[one] for one in run.flight.due(run.tick))]
+        firings = [run.schedule.firings[number] for number in run.flight.due(run.tick)]
+        order = [f"{firing.node}.{firing.part}" for firing in firings]
         self._say(f"in this tick fire {', '.join(order) or 'none'}")
         if run.recorded and run.recorded.begin:
             self._say(run.recorded.begin.sentence())

@@ -24,7 +24,8 @@ def draw(times, values, label: str, path: Path | None = None) -> Path:
         axes.grid(alpha=0.3)
         figure.savefig(path, dpi=120)
     except (OSError, ValueError) as error:
-        raise FlightError(f"'{path}' cannot be written: {(getattr(error, 'strerror', None) or str(error)).lower()}") from None
+        reason = (getattr(error, "strerror", None) or str(error)).lower()
+        raise FlightError(f"'{path}' cannot be written: {reason}") from None
     finally:
         pyplot.close(figure)
     return path
