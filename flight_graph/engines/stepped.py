@@ -99,6 +99,23 @@ class SteppedFlight(Flight):
         with np.errstate(all="ignore"):
             return self._when is not None and bool(holds(*self._when, self._tick * self._graph.base_ns))
 
+    def _stopped(self, name, part, code):
+        super()._stopped(name, part, code)
+        self._stand_at(name, part)
+
+    def _guarded(self, node, part, call, *arguments):
+        answer = super()._guarded(node, part, call, *arguments)
+        if self.stop:
+            self._stand_at(node, part)
+        return answer
+
+    def _stand_at(self, node, part):
+        """A firing stopped the run: those before it are over."""
+        for number in self.due(self._tick):
+            firing = self._schedule.firings[number]
+            if (firing.node, firing.part) == (node, part):
+                self.fired, self._number = self.due(self._tick).index(number), number
+
     def _plain_tick(self, t_ns) -> bool:
         return super()._plain_tick(t_ns) or self.is_met()
 

@@ -140,7 +140,7 @@ class Debugger:
         """where: time, tick, what comes next, and from where this run is"""
         run = self.run
         period_ms = run.scenario.graph.base_ns / 1e6
-        self._say(f"{run.scenario.name}: t = {run.t_s:.9g} s, tick {run.tick} of {run.scenario.ticks} of {period_ms:g} ms"
+        self._say(f"{run.scenario.name}: t = {run.t_s:.9g} s, tick {run.tick} of {run.scenario.ticks} ({period_ms:g} ms)"
                   + (f", {run.flight.fired} of its firings are over" if run.flight.fired else ""))
         if run.stopped:
             self._say(run.stopped)

@@ -10,6 +10,7 @@ Whatever way led to a tick, the memory there is the same, bit for bit: a step ba
 """
 
 from collections.abc import Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -184,7 +185,8 @@ class Stepper:
         """Run forward until before a tick, a stop, or where a condition that is watched for holds."""
         while self.tick < tick and not self.stopped:
             goal = min(tick, self._kept.next_tick(self.tick), self.tick + _CHUNK)
-            self.flight.advance(goal)
+            with self._whole():
+                self.flight.advance(goal)
             if not self.stopped and not self.flight.fired:
                 self._kept.add(self.tick, self.flight.checkpoint)
             self.progress(self.t_s)
@@ -207,16 +209,32 @@ class Stepper:
     def _fire(self, around=None):
         if not self.flight.fired:
             self._kept.add(self.tick, self.flight.checkpoint)
-        self.flight.fire(around)
+        with self._whole():
+            self.flight.fire(around)
+
+    @contextmanager
+    def _whole(self):
+        """A kernel in plain Python that was interrupted has half changed its state: stand before its tick again."""
+        try:
+            yield
+        except KeyboardInterrupt:
+            if config.DISABLE_JIT:
+                tick = self.tick
+                self.flight.restore(self._before(tick))
+                self.flight.advance(tick)
+            raise
 
     # -- back ------------------------------------------------------------------------------------------------------
     def back(self, firings: int = 1, *, ticks: int = 0) -> bool:
-        """Go back by some firings, or by ticks, bit for bit; return whether there was so much to take back."""
+        """Go back by some firings, or by ticks, bit for bit; return whether there was so much to take back.
+
+        A firing that stopped the run counts: one back, and it comes next.
+        """
         if ticks:
             goal = self.tick - ticks
             self._to(max(goal, self.first_tick))
             return goal >= self.first_tick
-        tick, fired = self.tick, self.flight.fired
+        tick, fired = self.tick, self.flight.fired + bool(self.stopped)
         while firings > fired and tick > self.first_tick:
             firings -= fired
             tick -= 1
@@ -250,7 +268,6 @@ class Stepper:
 
         ``notes`` of it say what of that acted at the start only. Within a tick it begins before the tick.
         """
-        self.flight.restore(self._before(self.tick)) if self.stopped else None
         memory = self.memory_of_tick()
         made = continuation.branch(self.scenario, memory, "the run that was stepped", set or {}, None)
         other = object.__new__(Stepper)

@@ -13,7 +13,7 @@ from flight_graph import runs
 from flight_graph.engines.checkpoint import is_kept
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.errors import FlightError
-from flight_graph.graphs.scenario import load
+from flight_graph.graphs.scenario import Scenario, load
 from flight_graph.recordings.continuation import continued
 from flight_graph.recordings.recorded_run import open_recorded
 from flight_graph.stepping.difference import first_difference
@@ -21,6 +21,7 @@ from flight_graph.stepping.kept import MOST, SPACING, Kept
 from flight_graph.stepping.stepper import Stepper
 from tests.faults import chain
 from tests.faults.everything import FAULTS, MONITORS
+from tests.graph.test_stopped_runs import stopping
 from tests.stepping.bags import changed
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -221,3 +222,14 @@ def test_pdb_in_plain_python():
     said = done.stdout
     assert said.count("appc_kernel()") == 2 and "42" in said and "is taken back" in said
     assert said.index("1 of its firings are over") < said.index("2 of its firings are over")
+
+
+def test_a_run_that_stops_can_be_gone_back_from():
+    """The stop is where the run has it; one step back, and the firing that stopped it comes next."""
+    run = Stepper(Scenario(stopping(), "toy.yaml"))
+    assert not run.until(1.0) and "controller stopped at t = 0.06 s" in run.stopped and run.upcoming is None
+    assert run.read("controller.state.fault") == 1 and run.tick == 12
+    assert run.back() and (run.tick, run.upcoming, run.stopped) == (12, ("controller", "kernel"), "")
+    assert run.read("controller.state.fault") == 0
+    assert not run.step() and "controller stopped" in run.stopped
+    assert run.back(ticks=2) and run.tick == 10 and not run.until("t > 0.5") and run.tick == 12
