@@ -38,9 +38,16 @@ class CheckpointSettings:
     inputs: dict | None = None
 
 
+def period_ns(scenario: Scenario) -> int:
+    """Time between checkpoints of nodes [ns]; 0: none are kept. What a fault remembers that is injected on the way has no
+    place in the checkpoints before.
+    """
+    return 0 if scenario.live_ids else scenario.checkpoint_period_ns
+
+
 def settings_of(scenario: Scenario, lockstep: bool, file: str = "") -> dict[str, str]:
     """node -> its settings of checkpoints, as JSON; nothing where there are none."""
-    period = scenario.checkpoint_period_ns if lockstep else 0
+    period = period_ns(scenario) if lockstep else 0
     if not (period or file):
         return {}
     schedule, found = Schedule.of(scenario.graph, {}, scenario.faults), {}
@@ -50,6 +57,16 @@ def settings_of(scenario: Scenario, lockstep: bool, file: str = "") -> dict[str,
         found[name] = json.dumps({"period_ns": period, "base_ns": scenario.graph.base_ns, "file": file,
                                   "inputs": inputs if file else {}})
     return found
+
+
+def refuse_realtime(scenario: Scenario, pace: str, begin: Beginning | None, tell=None) -> None:
+    """Refuse to begin at a checkpoint in realtime; tell(sentence) where none are kept. Raises FlightError."""
+    if pace == "realtime" and begin is not None:
+        raise FlightError("--from goes on in lockstep or in process; a realtime run begins at t = 0")
+    if scenario.checkpoint_period_ns and tell and (pace == "realtime" or scenario.live_ids):
+        tell("no checkpoints are kept: " + (
+            "in realtime the nodes never stand between the same two ticks" if pace == "realtime" else
+            "faults may be injected on the way"))
 
 
 def write(folder: Path, begin: Beginning | None) -> str:
@@ -140,10 +157,11 @@ class Collector:
 
     def __init__(self, node, scenario: Scenario, first: int, keep):
         self._scenario, self._keep, self._parts = scenario, keep, {}
-        self._due = scenario.next_checkpoint(first)
+        wanted = period_ns(scenario) > 0
+        self._due = scenario.next_checkpoint(first) if wanted else scenario.ticks
         group = LoopOnly()
         self._subscriptions = {name: RawSubscription(node, f"{name}/checkpoint", TYPE, _QOS, group)
-                               for name in scenario.graph.nodes} if scenario.checkpoint_period_ns else {}
+                               for name in scenario.graph.nodes} if wanted else {}
         arrays = Schedule.of(scenario.graph, {}, scenario.faults).memory(0) if self._subscriptions else {}
         self._shape = shape(scenario.graph, arrays, scenario.epoch_ns)
         self._names = sorted(name for name in arrays if is_kept(name))

@@ -105,7 +105,7 @@ def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float 
     begins, if not at t = 0. KeyboardInterrupt ends the nodes, closes the bag, and goes on to the caller.
     """
     refuse(scenario)
-    _refuse_realtime(scenario, pace, begin, tell)
+    checkpoints.refuse_realtime(scenario, pace, begin, tell)
     timeout_s = patience_s()
     compile_nodes(scenario.graph.nodes.values(), check_bounds, compiling)
     shared_memory.clean()
@@ -291,14 +291,6 @@ class Launch:
                 return True
             self._event(line)
         return True
-
-
-def _refuse_realtime(scenario, pace, begin, tell):
-    """In realtime there is no moment in which all nodes stand between the same two ticks."""
-    if pace == "realtime" and begin is not None:
-        raise FlightError("--from goes on in lockstep or in process; a realtime run begins at t = 0")
-    if pace == "realtime" and scenario.checkpoint_period_ns and tell:
-        tell("no checkpoints are kept: in realtime the nodes never stand between the same two ticks")
 
 
 def _specs(scenario, work, folder, pace, factor, timeout_s, check_bounds, begin):
