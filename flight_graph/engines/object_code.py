@@ -208,15 +208,26 @@ def part_code(kernel, arguments: list, count: int, symbol: str, fault: int) -> t
     numba makes of the arguments. fault: offset of the state's ``fault``, which takes `RAISED` plus the number of an error.
     Raises FlightError.
     """
+    library, entry = _part(kernel, arguments, count, symbol, fault)
+    code, text = _emit(library, entry, symbol)
+    raised = _raised(library)
+    return code, {number: raised[number] for number in raised if str(number) in text or str(RAISED + number) in text}
+
+
+def part_text(kernel, arguments: list, count: int, symbol: str, fault: int) -> str:
+    """What `part_code` emits, as optimised intermediate code."""
+    return _emit(*_part(kernel, arguments, count, symbol, fault), symbol)[1]
+
+
+def _part(kernel, arguments, count, symbol, fault):
+    """(library, entry) of a part."""
     result = kernel.get_compile_result(types.void(*arguments))
     loads = "\n".join(f"  %s{i}.at = getelementptr ptr, ptr %io, i64 {i}\n  %s{i} = load ptr, ptr %s{i}.at"
                       for i in range(count))
     names = ["i64 %t_ns"] * (arguments[0] == types.int64) + ["ptr %p", "ptr %x"] + [f"ptr %s{i}" for i in range(count)]
     entry = _ENTRY.format(symbol=symbol, inner=f'"{result.fndesc.llvm_func_name}"', loads=loads, base=RAISED, fault=fault,
                           arguments=", ".join(names), types=", ".join(name.split()[0] for name in names))
-    code, text = _emit(result.library, entry, symbol)
-    raised = _raised(result.library)
-    return code, {number: raised[number] for number in raised if str(number) in text or str(RAISED + number) in text}
+    return result.library, entry
 
 
 def function_code(function, signature, symbol: str) -> bytes:
