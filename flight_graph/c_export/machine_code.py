@@ -1,7 +1,7 @@
 """The machine code of a component's parts for a chosen processor, or LLVM's intermediate code of them.
 
-For this machine it is the code that flies here, under a C name. For another one it is the same code before the last step: every
-operation has its place already, and nothing may be contracted, so its results are the same.
+For this machine it is the code that flies here, under a C name. For another one it is the same code before the last step:
+every operation has its place already, and nothing may be contracted, so its results are the same.
 """
 
 import re
@@ -28,7 +28,8 @@ class Target:
 
 
 HOST, TEXT = "host", "ir"
-TARGETS = {HOST: None, "x86_64": Target("x86_64-unknown-linux-gnu", "x86-64"), "aarch64": Target("aarch64-unknown-linux-gnu"),
+TARGETS = {HOST: None, "x86_64": Target("x86_64-unknown-linux-gnu", "x86-64"),
+           "aarch64": Target("aarch64-unknown-linux-gnu"),
            "riscv64": Target("riscv64-unknown-linux-gnu", "generic-rv64", "+m,+a,+f,+d,+c", "lp64d"), TEXT: None}
 
 

@@ -10,6 +10,7 @@ from flight_graph.cli import (
     demo,
     design,
     doctor,
+    export_c,
     fault,
     identify,
     replay,

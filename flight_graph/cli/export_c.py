@@ -23,7 +23,8 @@ def export_c(
         help="host, x86_64, aarch64, riscv64: a static library; ir: LLVM's intermediate code.")] = "host",
     bag: Annotated[Path | None, typer.Option(
         help="A recorded run: its parameters are taken, and its inputs written for the example program.")] = None,
-    component: Annotated[str | None, typer.Option(help="Which component of the bag, where several are of this kind.")] = None,
+    component: Annotated[str | None, typer.Option(
+        help="Which component of the bag, where several are of this kind.")] = None,
     trust: Trust = False, as_json: Json = False,
 ) -> None:
     """Write a component as C: header, static library of its machine code, and a program that flies a bag's inputs.
@@ -40,9 +41,11 @@ def export_c(
     if found := foreign.of_component("component", use, Path.cwd()):
         consent(use, [found])
     with working(f"compiling {use}", not as_json):
-        made = export(registry.absolute(use, Path.cwd()), out, target, open_recorded(bag, consent) if bag else None, component)
+        run = open_recorded(bag, consent) if bag else None
+        made = export(registry.absolute(use, Path.cwd()), out, target, run, component)
     if as_json:
-        print(json.dumps({"name": made.name, "files": list(map(str, made.files)), "needs": made.needs, "sizes": made.sizes}))
+        print(json.dumps({"name": made.name, "files": [str(file) for file in made.files], "needs": made.needs,
+                          "sizes": made.sizes}))
         return
     status(", ".join(f"{part} {size} bytes" for part, size in made.sizes.items())
            + f"; needs from outside: {', '.join(made.needs) or 'nothing'}")

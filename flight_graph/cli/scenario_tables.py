@@ -53,6 +53,7 @@ def _show_scenario(scenario, as_json):
         use = node.use.partition(":")[0] if does_nothing(node.component) else node.use
         add(table, name, use, f"{node.rate_hz:g}", "\n".join(inputs), "\n".join(topics))
     console.print(table)
+    _show_events(scenario)
     _show_faults(scenario)
     table = Table("parameter", "value", "allowed", "meaning", "source")
     for name, node in scenario.graph.nodes.items():
@@ -62,6 +63,17 @@ def _show_scenario(scenario, as_json):
     if scenario.vary:
         varied = [*scenario.vary.declared_keys(), *([scenario.vary.file.function] if scenario.vary.file.function else [])]
         console.print(f"flight sweep {scenario.name}: {scenario.vary.count} cases of {', '.join(varied)}", markup=False)
+
+
+def _show_events(scenario):
+    """What changes while it runs."""
+    from rich.table import Table
+    if scenario.file.events:
+        table = Table("at (s)", "parameter", "value", title="events", title_justify="left")
+        for entry in sorted(scenario.file.events, key=lambda entry: entry.at_s):
+            for name, value in entry.set.items():
+                add(table, f"{entry.at_s:g}", name, value)
+        console.print(table)
 
 
 def _show_faults(scenario):

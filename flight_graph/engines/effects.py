@@ -35,6 +35,7 @@ EFFECT_SIZE, CHANNEL_SIZE = EFFECT.itemsize, CHANNEL.itemsize
 
 FLAG, BIAS, SCALE, DRIFT, STUCK, HOLD, NOISE, QUANTISE, SATURATE, BIT_FLIP = range(10)
 ACT, REQUEST = 10, 11  # of monitors
+SET = 21  # of events: all parameters anew
 DROP, DELAY, DUPLICATE, FREEZE, STALE, ON_CHANGE, LOSE = range(12, 19)
 DOWN, RESTART = 19, 20
 GOES_ON, IS_DOWN, BEGINS_ANEW = range(3)  # of a component
@@ -149,6 +150,9 @@ def _alter(effect, t_ns):
     """Let an effect act on its numbers, if it does at t."""
     before = row(effect.memory, MEMORY).active
     if not is_active(effect, t_ns):
+        return
+    if effect.op == SET:
+        copy(effect.target, effect.buffer, effect.count)
         return
     if effect.op == BIT_FLIP:
         at = effect.target + effect.bit // 8

@@ -3,7 +3,7 @@
 Names of arrays, besides those of `flight_graph.engines.schedule`: E_ (an output behind its faults), S_ and F_ (an input on
 its way through its faults, and as its reader sees it), N_ (parameters before faults), Z_ (the state at the start), W_ (a
 signal that a condition reads), T_ (the ticks of a log whose messages are not regular), A_ (what a fault remembers), B_
-(numbers and messages that it keeps), C_ (the steps of its condition).
+(numbers and messages that it keeps), C_ (the steps of its condition), G_ (all parameters from an event on).
 """
 
 from dataclasses import dataclass
@@ -14,8 +14,9 @@ from flight_graph.engines import effects
 from flight_graph.engines.condition_steps import STEP
 from flight_graph.faults import fault_types as types
 from flight_graph.faults.conditions import Condition
-from flight_graph.faults.fault_set import Fault, FaultSet
+from flight_graph.faults.fault_set import FOREVER, Fault, FaultSet
 from flight_graph.faults.report import MONITORS, REPORT
+from flight_graph.graphs.events import Change
 from flight_graph.monitors.limit_checker import STATUS, request_port
 from flight_graph.monitors.monitor_set import Action, MonitorSet
 
@@ -42,6 +43,8 @@ class Effect:
     mode: int = 0  # of REQUEST: the number of the mode, the record that keeps it, and (array, offset) of the acts
     written: str = ""
     acts: tuple[str, int] = ("", 0)
+    change: Change | None = None  # of SET, and when the next one of the component begins
+    end: int = 0
 
 
 @dataclass(frozen=True)
@@ -97,6 +100,7 @@ class NodeFaults:
     faults: list[Fault]
     irregular: bool
     monitors: MonitorSet | None = None  # where the component is that of the monitors
+    parameter_changes: tuple[Change, ...] = ()
 
     def __post_init__(self):
         self._numbers = {id(fault): number for number, fault in enumerate(self.faults)}
@@ -175,19 +179,28 @@ class NodeFaults:
         component = self.node.component
         first = part == next(name for name in ("kernel", "output", "update") if getattr(component, name) is not None)
         ends = [self._effect(fault, "") for fault in self.faults if fault.place.kind == types.COMPONENT]
-        changes = [self._effect(fault, parameters if fault.place.kind == types.PARAMETER else state)
+        changes = list(self._sets(parameters))
+        changes += [self._effect(fault, parameters if fault.place.kind == types.PARAMETER else state)
                    for fault in self.faults if fault.place.kind in (types.STATE, types.PARAMETER)]
         if not (ends or changes or inputs):
             return None
-        changed = any(fault.place.kind == types.PARAMETER for fault in self.faults)
+        changed = self.changes_parameters
         if not first:
             return Own(self.node.name, False, channels=inputs) if inputs or ends else None
         return Own(self.node.name, True, tuple(ends), tuple(changes), inputs, parameters if changed else None)
 
+    def _sets(self, parameters):
+        """What events set, before faults act on it: each holds until the next one."""
+        ends = [*(change.begin_ns for change in self.parameter_changes[1:]), FOREVER]
+        for number, (change, end) in enumerate(zip(self.parameter_changes, ends)):
+            size = change.record.nbytes
+            yield Effect(f"{self.node.name}.set {number}", None, effects.SET, parameters, count=size, node=self.node.name,
+                         change=change, end=end)
+
     @property
     def changes_parameters(self) -> bool:
-        """Whether a fault changes parameters."""
-        return any(fault.place.kind == types.PARAMETER for fault in self.faults)
+        """Whether a fault or an event changes parameters."""
+        return bool(self.parameter_changes) or any(fault.place.kind == types.PARAMETER for fault in self.faults)
 
 
 def of(faults: FaultSet | None, node) -> NodeFaults | None:
@@ -196,7 +209,8 @@ def of(faults: FaultSet | None, node) -> NodeFaults | None:
         return None
     mine = faults.of(node.name)
     silent = node.name == REPORT or any(fault.place.kind == types.COMPONENT for fault in mine)
-    return NodeFaults(node, mine, silent, faults.monitors if node.name == MONITORS else None)
+    return NodeFaults(node, mine, silent, faults.monitors if node.name == MONITORS else None,
+                      tuple(faults.changes.get(node.name, ())))
 
 
 def watched(node: str, other: str, port: str) -> str:
@@ -233,6 +247,8 @@ def _remember(made, found):
         made[f"A_{effect.name}"] = np.zeros(1, effects.MEMORY)
         if effect.kept:
             made[f"B_{effect.name}"] = np.zeros(-(-effect.kept // 8), "<i8")
+        if effect.change is not None:
+            made[f"G_{effect.name}"] = effect.change.record.copy()
         if effect.condition:
             made[f"C_{effect.name}"] = np.zeros(len(effect.condition.steps), STEP)
 

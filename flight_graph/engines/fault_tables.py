@@ -85,6 +85,9 @@ class FaultTables:
             values["value"] = 1.0
         if effect.fault is not None:
             values |= _of_fault(effect.fault, effect.op)
+        if effect.change is not None:
+            values |= {"begin": effect.change.begin_ns, "end": effect.end,
+                       "buffer": address(self._arrays[f"G_{effect.name}"])}
         if effect.action is not None:
             values |= {"each": effect.action.entry.in_a_row, "again": effect.action.entry.act == "each",
                        "cause": effect.action.number, "value": float(effect.mode)}

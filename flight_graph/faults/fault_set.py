@@ -63,18 +63,19 @@ class FaultSet:
 
     nodes: name -> node, as in a graph; seed: of the scenario. monitors: a `MonitorSet`, which stands in the schedule in
     the same way: it watches signals, and sets parameters as faults do. epoch_ns: stamp of t = 0. is_live: faults may be
-    injected while the graph runs, so any message may be missing.
+    injected while the graph runs, so any message may be missing. changes: node -> the changes of its parameters in time
+    (`flight_graph.graphs.events`), which stand in the schedule in the same way too.
     """
 
     def __init__(self, entries: list[FaultEntry], nodes: dict, seed: int, where: str, monitors=None, epoch_ns: int = 0,
-                 is_live: bool = False):
-        self.is_live = is_live
+                 is_live: bool = False, changes: dict | None = None):
+        self.is_live, self.changes = is_live, changes or {}
         self.nodes, self.entries, self.monitors, self.epoch_ns = nodes, entries, monitors, epoch_ns
         self.faults = [_fault(entry, nodes, seed, f"{where}.{entry.id}") for entry in entries]
         _refuse_contradictions(self.faults, where)
 
     def __bool__(self):
-        return bool(self.faults or self.monitors or self.is_live)
+        return bool(self.faults or self.monitors or self.is_live or self.changes)
 
     def of(self, node: str) -> list[Fault]:
         """What belongs to a component's firings: commands of monitors, faults in the order of the file; to the report,
@@ -93,7 +94,8 @@ class FaultSet:
 
     def concerns(self, node: str) -> bool:
         """Whether a component's firings look at anything here."""
-        return self.is_live or bool(self.of(node)) or (self.monitors is not None and node == MONITORS)
+        return self.is_live or node in self.changes or bool(self.of(node)) or (
+            self.monitors is not None and node == MONITORS)
 
     def of_components(self) -> dict[str, Fault]:
         """id -> fault, of those of whole components."""

@@ -29,7 +29,7 @@ from flight_graph.components.foreign import Consent, agree
 from flight_graph.errors import FlightError, unknown
 from flight_graph.faults import fault_file, report
 from flight_graph.faults.fault_set import FaultSet
-from flight_graph.graphs import expressions
+from flight_graph.graphs import events, expressions
 from flight_graph.graphs.graph import Edge, Graph, Node
 from flight_graph.graphs.named_code import foreign_code
 from flight_graph.graphs.scenario_file import EdgeEntry, ScenarioFile
@@ -77,8 +77,10 @@ class Scenario:
         except FlightError as error:
             raise FlightError(f"{origin}: {error}") from None
         monitors = MonitorSet(watching, self.graph.nodes, f"{origin}: monitors") if watching else None
+        changes = events.changes(self.file.events or [], {name: self.graph.nodes[name] for name in self.file.components},
+                                 f"{origin}: events", folder)
         self.faults = FaultSet(entries, self.graph.nodes, self.seed, f"{origin}: faults", monitors, self.epoch_ns,
-                               bool(self.live_ids))
+                               bool(self.live_ids), changes)
         self._check_recorded_topics()
         self.vary = None
         if self.file.vary is not None:
@@ -166,7 +168,7 @@ class Scenario:
         entries = [*(self.file.faults or []), *injected]
         read = self._with_spares(fault_file.read(entries, f"{self.origin}: faults"))
         return FaultSet(read, self.graph.nodes, self.seed, f"{self.origin}: faults", self.faults.monitors, self.epoch_ns,
-                        True)
+                        True, self.faults.changes)
 
     def _with_spares(self, entries):
         """Entries in the order of the report: those of the file, then live ones by number, those that are free too."""

@@ -53,6 +53,13 @@ class EngineLimit(_Strict):
     because: str = Field(max_length=1000, description="the reason, shown to whoever asks for another engine")
 
 
+class EventEntry(_Strict):
+    """Parameters that are set at a time of the run."""
+
+    at_s: float = Field(ge=0, le=1e9, allow_inf_nan=False, description="time [s]: before the first firing then or later")
+    set: dict[str, Any] = Field(min_length=1, max_length=1000, description="`component.parameter` -> value")
+
+
 class RestartEntry(_Strict):
     """How often a node may be started again."""
 
@@ -88,6 +95,8 @@ class ScenarioFile(_Strict):
     record: RecordEntry = Field(default_factory=RecordEntry, description="what the bag holds")
     faults: list[dict[str, Any]] | None = Field(None, description=(
         "what breaks, where and when; see faults.md"))
+    events: list[EventEntry] | None = Field(None, max_length=10_000, description=(
+        "parameters that change while it runs; see events.md"))
     live_faults: int | None = Field(None, ge=1, le=100, description=(
         "places `live_1` to `live_N` for faults that are injected while the graph runs as nodes; see faults.md"))
     monitors: dict[str, Any] | None = Field(None, description=(
@@ -119,8 +128,8 @@ def _first_sentence(error: ValidationError) -> str:
     return f"{where}: {first['msg'].lower()} (got {short(repr(first['input']))})"
 
 
-PARTS = {"components": ComponentEntry, "connect": EdgeEntry, "record": RecordEntry, "only": EngineLimit,
-         "watchdog": WatchdogEntry}  # below a key
+PARTS = {"components": ComponentEntry, "events": EventEntry, "connect": EdgeEntry, "record": RecordEntry,
+         "only": EngineLimit, "watchdog": WatchdogEntry}  # below a key
 
 
 def _keys_at(location):

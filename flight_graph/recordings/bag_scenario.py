@@ -16,6 +16,7 @@ from flight_graph.text_files import parse_json
 
 SCENARIO = "scenario.json"  # name of the attachment a bag can be run again from
 INJECTED_FAULTS = "flight_graph.injected"  # metadata: the faults that were injected during the run, as JSON
+SET_PARAMETERS = "flight_graph.set"  # metadata: the parameters that were set during the run, as entries of ``events``
 LARGEST = 4 << 20  # [bytes] of it
 
 
@@ -50,12 +51,11 @@ def _data(bag):
     if not isinstance(components, dict) or not all(
             isinstance(entry, dict) and isinstance(entry.get("use"), str) for entry in components.values()):
         raise FlightError(f"{bag.path}: its attachment {SCENARIO} is no scenario")
-    injected = bag.metadata.get(INJECTED_FAULTS, {})
-    if injected:
-        faults = data.get("faults") or []
-        where = f"{bag.path}: its metadata {INJECTED_FAULTS}"
-        data["faults"] = [*(faults if isinstance(faults, list) else []),
-                          *(parse_json(text, where, LARGEST) for text in injected.values())]
+    for key, name in (("faults", INJECTED_FAULTS), ("events", SET_PARAMETERS)):
+        if happened := bag.metadata.get(name, {}):
+            known, where = data.get(key) or [], f"{bag.path}: its metadata {name}"
+            data[key] = [*(known if isinstance(known, list) else []),
+                         *(parse_json(text, where, LARGEST) for text in happened.values())]
     return data
 
 

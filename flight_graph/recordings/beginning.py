@@ -7,6 +7,7 @@ from flight_graph.bags.errors import quoted
 from flight_graph.bags.reader import Bag
 from flight_graph.engines.checkpoint import FOLDER, Checkpoint
 from flight_graph.errors import FlightError
+from flight_graph.recordings.bag_scenario import INJECTED_FAULTS, SET_PARAMETERS
 from flight_graph.text_files import parse_json
 from flight_graph.timebase import SECOND
 
@@ -41,9 +42,16 @@ class Beginning:
 
 
 def ticks(bag: Bag) -> list[int]:
-    """The ticks of a bag's checkpoints, that of its beginning included."""
-    return sorted(int(name.removeprefix(FOLDER)) for name in bag.attachments
-                  if name.startswith(FOLDER) and name.removeprefix(FOLDER).isdecimal())
+    """The ticks of a bag's checkpoints, that of its beginning included.
+
+    Where something was set or injected while the graph ran, the bag is run again from a scenario that knows it from the
+    start; checkpoints on the way are not of that one.
+    """
+    found = sorted(int(name.removeprefix(FOLDER)) for name in bag.attachments
+                   if name.startswith(FOLDER) and name.removeprefix(FOLDER).isdecimal())
+    if bag.metadata.keys() & {INJECTED_FAULTS, SET_PARAMETERS}:
+        return [tick for tick in found if str(tick) == bag.metadata.get(BEGINS, {}).get("tick")]
+    return found
 
 
 def checkpoint(bag: Bag, tick: int) -> Checkpoint:

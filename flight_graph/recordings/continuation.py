@@ -119,7 +119,7 @@ def branch(scenario: Scenario, memory: Checkpoint, parent: str, settings: dict, 
         if not 0.0 < duration_s < 1e9:
             raise FlightError(f"--duration {duration_s:g}: allowed: a time in seconds greater than 0")
         settings = {**settings, "duration_s": (memory.t_ns + round(duration_s * SECOND)) / SECOND}
-    changed = _with(scenario, settings) if settings else scenario
+    changed = _with(scenario, settings, memory.tick) if settings else scenario
     if memory.tick >= changed.ticks:
         raise FlightError(f"at t = {memory.t_ns / SECOND:.9g} s the run of {changed.duration_ns / SECOND:g} s is over; "
                           "--duration SECONDS goes on")
@@ -127,8 +127,18 @@ def branch(scenario: Scenario, memory: Checkpoint, parent: str, settings: dict, 
     return Continuation(changed, Beginning(begin, parent, memory.digest, changes), [*warnings, *found])
 
 
-def _with(scenario: Scenario, settings: dict) -> Scenario:
+def _past(entry: dict, settings: dict, t_ns: int) -> dict:
+    """An event, with what a branch sets in the place of what the event has set by then."""
+    if round(entry["at_s"] * SECOND) > t_ns:
+        return entry
+    return {**entry, "set": {key: settings.get(key, value) for key, value in entry["set"].items()}}
+
+
+def _with(scenario: Scenario, settings: dict, tick: int) -> Scenario:
     data = scenarios.override(scenario.resolved(), settings, folder=scenario.folder)
+    if "events" not in settings:
+        t_ns = tick * scenario.graph.base_ns
+        data["events"] = [_past(entry, settings, t_ns) for entry in data.get("events") or []] or None
     if "seed" in settings:  # every component's own stream follows from it
         for name, entry in data["components"].items():
             if entry["parameters"].get("seed") == stream_key(scenario.seed, name) and f"{name}.seed" not in settings:

@@ -22,28 +22,17 @@ from flight_graph.errors import FlightError, unknown
 from flight_graph.faults.fault_set import FaultSet
 from flight_graph.faults.report import REPORT
 from flight_graph.ros.ports import LoopOnly, RawPublisher, RawSubscription
+from flight_graph.ros.texts import TYPE, text_of, text_payload
 from flight_graph.timebase import SECOND
 from msg_schemas.qos import Qos
-from msg_schemas.signal import ENCAPSULATION
 
 INJECT, CLEAR, INJECTED = "inject", "clear", "injected"  # parameters
-TOPIC, _TAKEN, TYPE = f"{REPORT}/injected", f"{REPORT}/taken", "std_msgs/msg/String"
+TOPIC, _TAKEN = f"{REPORT}/injected", f"{REPORT}/taken"
 QOS = Qos(depth=1000, transient_local=True)
 LEAD_WINDOWS = 3  # [1] of flow control, from an injection to its begin in lockstep
 LEAD_NS = SECOND // 4  # in realtime
 _GRID_NS = 1_000_000  # begins are whole milliseconds
 _NOT_LIVE = ("from_s", "until_s", "at_s", "when")
-
-
-def text_payload(text: str) -> bytes:
-    """A serialised std_msgs/String."""
-    encoded = text.encode() + b"\0"
-    return ENCAPSULATION + len(encoded).to_bytes(4, "little") + encoded
-
-
-def text_of(payload: bytes) -> str:
-    """The text of a serialised std_msgs/String."""
-    return bytes(payload[8:7 + int.from_bytes(payload[4:8], "little")]).decode()
 
 
 class LiveFaults:

@@ -13,6 +13,7 @@ from flight_graph.errors import FlightError, unknown
 from flight_graph.recordings.recording import formatted_payload
 from flight_graph.ros.checkpoints import CheckpointSettings, NodeMemory
 from flight_graph.ros.live_faults import CLEAR, INJECT, LiveFaults
+from flight_graph.ros.parameter_changes import ParameterChanges
 from flight_graph.ros.parameters import ComponentParameters
 from flight_graph.ros.ports import InputPort, LoopOnly, OutputPort, RawPublisher, is_importable
 from flight_graph.ros.progress import Progress, Watch
@@ -46,7 +47,7 @@ class ComponentNode(LifecycleNode):
         self.parameters = ComponentParameters(self, component)
         self.parameters.record["period"] = self.settings.period_ns / SECOND
         group = LoopOnly()
-        self.faults = self.live = None
+        self.faults = self.live = scenario = None
         if self.settings.scenario:
             scenario = read_scenario(self.settings.scenario)
             self.component = component = scenario.graph.nodes[self.get_name()].component  # with its texts
@@ -71,6 +72,7 @@ class ComponentNode(LifecycleNode):
                   [port.publisher for port in self.outputs.values()] + [publisher for _, publisher in self.formatted])
         self.state = component.initial_state(self.parameters.values)
         self.parameters.accept_changes()
+        self.changes = ParameterChanges(self, scenario)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
         self._thread = threading.Thread(target=self._serve, daemon=True)
@@ -174,8 +176,8 @@ class ComponentNode(LifecycleNode):
         self._machine = machine
 
     def look(self, t_ns: int) -> None:
-        """Between two firings: take over what was set, and what was injected."""
-        self.parameters.refresh()
+        """Before a firing at t or later: take over what was set, and what was injected."""
+        self.changes.look(t_ns)
         if self.live:
             self.live.check(t_ns)
 
@@ -237,7 +239,7 @@ class ComponentNode(LifecycleNode):
             found = port.subscribers()
             if found < wanted:
                 return f"readers of its output {name} on {port.publisher.topic}: {found} of {wanted} have appeared"
-        return self.memory.unmatched() or self.progress.unmatched()
+        return self.memory.unmatched() or self.progress.unmatched() or self.changes.unmatched()
 
     def _why_no_publisher(self, name, port):
         topic = port.subscription.topic

@@ -1,5 +1,7 @@
 """A component's declared parameters as ROS parameters: descriptors, checks, live changes."""
 
+from collections import deque
+
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.exceptions import ParameterException
 
@@ -31,7 +33,7 @@ class ComponentParameters:
 
     def __init__(self, node, component):
         self._node, self._component = node, component
-        self._values, self._changed = {}, False
+        self._values, self._given = {}, deque()
         for name, entry in component.parameters.entries.items():
             default = component.parameters.defaults()[name]
             try:
@@ -51,13 +53,22 @@ class ComponentParameters:
         """Check what is set from now on; before, everything that the node declares has been declared."""
         self._node.add_on_set_parameters_callback(self._on_set)
 
+    def follow(self, values: dict) -> None:
+        """What is set from now on is set on top of these values: an event of the scenario has come."""
+        self._values = values
+
+    def taken(self) -> dict:
+        """What was set since this was asked last, in plain form."""
+        given = {}
+        while self._given:
+            given |= self._given.popleft()
+        return given
+
     def refresh(self) -> None:
-        """Take over what was set since the last firing."""
-        if self._changed:
-            self._changed = False
-            period = self.record["period"].copy()
-            self.record[:] = self._component.parameters.record(self._values, self._node.get_name())
-            self.record["period"] = period
+        """Write the values into the record."""
+        period = self.record["period"].copy()
+        self.record[:] = self._component.parameters.record(self._values, self._node.get_name())
+        self.record["period"] = period
 
     def _on_set(self, parameters):
         changes = {p.name: p.value for p in parameters if p.name in self._component.parameters.entries}
@@ -65,9 +76,11 @@ class ComponentParameters:
         if fixed:
             return SetParametersResult(successful=False, reason=f"{', '.join(fixed)}: fixed when the node starts")
         try:
-            values = {**self._values, **self._component.parameters.validate(changes, self._node.get_name())}
+            given = self._component.parameters.validate(changes, self._node.get_name())
+            values = {**self._values, **given}
             values = declared.resolved(self._component, values, self._node.get_name(), None)
         except FlightError as error:
             return SetParametersResult(successful=False, reason=str(error))
-        self._values, self._changed = values, True
+        self._values = values
+        self._given.append(given)
         return SetParametersResult(successful=True)

@@ -164,7 +164,7 @@ def _run_follower(node):
     end_ns, before_ns = settings.duration_ns, None
     while True:
         node.check_alive()
-        node.look(before_ns or 0)
+        node.look(0 if before_ns is None else before_ns + 1)
         t_ns = _peek(node, trigger)
         if t_ns is None:
             trigger.wait(SECOND)

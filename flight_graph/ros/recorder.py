@@ -12,9 +12,9 @@ from pathlib import Path
 
 from flight_graph.errors import FlightError
 from flight_graph.graphs.scenario import Scenario
-from flight_graph.recordings.bag_scenario import INJECTED_FAULTS
+from flight_graph.recordings.bag_scenario import INJECTED_FAULTS, SET_PARAMETERS
 from flight_graph.recordings.recording import RecordedTopic, RunBag, formatted_payload
-from flight_graph.ros import live_faults
+from flight_graph.ros import live_faults, parameter_changes, texts
 from flight_graph.ros.checkpoints import Collector
 from flight_graph.ros.ports import LoopOnly, RawSubscription, is_importable
 from flight_graph.ros.progress import Progress
@@ -132,20 +132,25 @@ class Recorder:
                 self._formatted.setdefault((topic.node, topic.port), []).append(topic)
         self.end_ns = end_ns
         self.checkpoints = Collector(node, scenario, first, bag.keep) if settings.lockstep else None
-        self._injections = RawSubscription(node, live_faults.TOPIC, live_faults.TYPE, live_faults.QOS, group) if (
+        self._injections = RawSubscription(node, live_faults.TOPIC, texts.TYPE, live_faults.QOS, group) if (
             scenario.live_ids) else None
+        self._changes = RawSubscription(node, parameter_changes.TOPIC, texts.TYPE, parameter_changes.QOS, group) if (
+            settings.supervised) else None
+        self.changes = []  # the parameters that were set, as JSON
 
     def injected(self) -> list[str]:
         """The faults that were injected, as JSON, each as it was last."""
         found = {}
         while self._injections and (message := self._injections.take()) is not None:
-            data = json.loads(live_faults.text_of(message))
+            data = json.loads(texts.text_of(message))
             found[data["id"]] = json.dumps(data)
         return list(found.values())
 
     def drain(self) -> int:
         if self.checkpoints:
             self.checkpoints.drain()
+        while self._changes and (message := self._changes.take()) is not None:
+            self.changes.append(texts.text_of(message))
         return sum(stream.drain() for stream in self.streams)
 
     def watermark(self) -> int:
@@ -218,6 +223,8 @@ def run(node, scenario: Scenario, folder: Path, settings) -> dict:
                    **{f"refused {topic}": str(count) for topic, count in recorder.refused().items()}}
         if injected := recorder.injected():
             bag.writer.metadata(INJECTED_FAULTS, {str(number): text for number, text in enumerate(injected)})
+        if recorder.changes:
+            bag.writer.metadata(SET_PARAMETERS, {str(number): text for number, text in enumerate(recorder.changes)})
         if done := _events(node):
             bag.writer.metadata("flight_graph.watchdog", {str(number): text for number, text in enumerate(done)})
         bag.close(outcome)

@@ -17,7 +17,7 @@ PACKAGES = {  # package -> the packages it may import
 }
 FLOORS = (  # of flight_graph, from the ground: a module imports its own room and the floors below
     {"errors", "syntax"}, {"text_files"}, {"timebase", "yaml_text", "xml_text"}, {"components"}, {"bags"},
-    {"faults"}, {"monitors"}, {"graphs"}, {"engines"}, {"recordings"}, {"replays", "sweeps", "claims", "stepping"}, {"ros"}, {"runs"}, {"cli"})
+    {"faults"}, {"monitors"}, {"graphs"}, {"engines"}, {"recordings"}, {"replays", "sweeps", "claims", "stepping"}, {"c_export"}, {"ros"}, {"runs"}, {"cli"})
 
 KNOWN = modules()
 GRAPH = imports(KNOWN)
