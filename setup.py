@@ -28,11 +28,18 @@ python="$(dirname "$0")/../../bin/python3"
 exec "$python" "$0" "$@"
 """
 import sys
-
+{first}
 from {module} import {function}
 
 sys.exit({function}({arguments}))
 '''
+END_AT_ONCE = """import os
+import signal
+
+for number in (signal.SIGINT, signal.SIGTERM):
+    signal.signal(number, lambda *_: os._exit(0))  # until there is a node that ends in its own way
+
+"""
 
 
 def node_table(package: str) -> dict[str, str]:
@@ -58,9 +65,10 @@ def executables(package: str) -> dict[str, str]:
     """Return the text of each executable of an ament package, by name."""
     if package == NAME:
         module, function = COMMAND_LINE.split(":")
-        return {"flight": EXECUTABLE.format(module=module, function=function, arguments="")}
+        return {"flight": EXECUTABLE.format(first="", module=module, function=function, arguments="")}
     return {
-        name: EXECUTABLE.format(module="flight_graph.ros.entry", function="main", arguments=f'"{package}", "{name}"')
+        name: EXECUTABLE.format(first=END_AT_ONCE, module="flight_graph.ros.entry", function="main",
+                                arguments=f'"{package}", "{name}"')
         for name in node_table(package)
     }
 
@@ -125,7 +133,7 @@ setup(
         "pydantic>=2.6,<3",
         "rich>=13",
         "typer>=0.12",
-        "matplotlib>=3.8",
+        "matplotlib>=3.6",
         "mcap>=1.6",
         "rosbags>=0.10,<0.12",
         "pyarrow>=15",
@@ -145,11 +153,12 @@ setup(
             "mcap-ros2-support>=0.5",
             "sympy>=1.12",
             "mpmath>=1.3",
-            "pin>=3; sys_platform != 'win32'",  # no wheels for Windows: what it judges is skipped there
             "psutil>=5.9",
             "dask>=2024.8",  # the extra [dask], tested with a real cluster
             "distributed>=2024.8",
         ],
+        # A reference of the space robot's tests, 380 MB; they are skipped without it. No wheels for Windows.
+        "pinocchio": ["pin>=3; sys_platform != 'win32'"],
     },
     zip_safe=False,
 )

@@ -168,7 +168,7 @@ def value(column, found):
 
 
 def text(number) -> str:
-    return "never" if number is None else number if isinstance(number, str) else f"{number:.4g}"
+    return "none" if number is None else number if isinstance(number, str) else f"{number:.4g}"
 
 
 def print_table(title, columns, rows, remarks) -> int:

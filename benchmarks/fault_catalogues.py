@@ -4,13 +4,13 @@
 """
 
 import argparse
+import tempfile
 from collections import Counter
-from concurrent.futures import ThreadPoolExecutor
 
+from flight_graph.campaigns.fault_table import fault_rows
+from flight_graph.campaigns.opening import run_here
 from flight_graph.cli.show import number, steps
 from flight_graph.graphs.scenario import load
-from flight_graph.sweeps.fault_table import fault_rows
-from flight_graph.sweeps.sweep import Sweep
 
 CATALOGUES = ("cubli_faults", "spacerobot_faults", "lander_faults")
 
@@ -30,13 +30,9 @@ def main() -> None:
 
 def line(name, runs, jobs) -> str:
     """The line of one catalogue."""
-    sweep = Sweep(load(name))
-    cases = sweep.cases(runs)
-    with steps(name, True) as advance, ThreadPoolExecutor(jobs) as pool:
-        rows = [sweep.run(cases[0])]
-        for done, row in enumerate(pool.map(sweep.run, cases[1:]), 2):
-            rows.append(row)
-            advance(done, len(cases), "runs")
+    with steps(name, True) as advance, tempfile.TemporaryDirectory() as folder:
+        campaign = run_here(load(name), folder, runs, jobs, progress=lambda done, total: advance(done, total, "runs"))
+        rows = list(campaign.rows())
     found = fault_rows(rows)
     active = [row for row in rows if row.metrics.get("fault_onset_s") is not None]
     delays = sorted(row.metrics["fault_detection_delay_s"] for row in active if row.metrics["fault_detected"])

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import yaml
 
+from flight_graph.campaigns.opening import run_here
 from flight_graph.graphs.scenario import Scenario
-from flight_graph.sweeps.sweep import Sweep, run_sweep
 
 FRESH_SEED = 70001
 SHOWN = {"lateral_m": max, "speed_mps": max, "attitude_deg": max, "los_max_deg": max, "clearance_min_m": min,
@@ -30,13 +30,13 @@ def batch(name: str, first_seed: int | None, runs: int, jobs: int | None) -> dic
         data["vary"]["random"]["plant.draw_seed"] = {"count": first_seed}
         if "seed" in data["vary"]["random"]:
             data["vary"]["random"]["seed"] = {"count": first_seed}
-    sweep = Sweep(Scenario(data, name))
+    scenario = Scenario(data, name)
     with tempfile.TemporaryDirectory() as folder:
         began = time.perf_counter()
-        rows = run_sweep(sweep, Path(folder) / "sweep", runs, jobs)
+        rows = list(run_here(scenario, Path(folder) / "sweep", runs, jobs).rows())
         wall = time.perf_counter() - began
     good = [row.metrics for row in rows if row.status == "ok"]
-    flown = sum(row["touchdown_time_s"] or sweep.scenario.duration_ns / 1e9 for row in good)
+    flown = sum(row["touchdown_time_s"] or scenario.duration_ns / 1e9 for row in good)
     return {"success": sum(row["success"] for row in good), "runs": len(rows), "wall_s": wall, "flown_s": flown,
             **{name: pick(row[name] for row in good) for name, pick in SHOWN.items()}}
 

@@ -26,7 +26,7 @@ def main() -> None:
     for name in NAMES:
         scenario = load(name)
         found = metrics.compute(scenario, simulate(scenario))
-        table.add_row(name, *("never" if found[key] is None else f"{found[key]:.5g}" for key in SHOWN))
+        table.add_row(name, *("none" if found[key] is None else f"{found[key]:.5g}" for key in SHOWN))
     Console(width=140).print(table)
 
 

@@ -7,7 +7,7 @@ from flight_graph.components.records import Parameters, State, field
 from flight_math import Mat3, Quaternion, Vec, Vec3, diagonal, kernel, row_by_row, same
 from msg_schemas import cubli
 
-NO_ORIENTATION = Vec(9)(-1.0, *[0.0] * 8)  # [-] orientation_covariance of sensor_msgs/Imu: there is no orientation yet
+UNKNOWN = Vec(9)(-1.0, *[0.0] * 8)  # [-] a covariance of sensor_msgs/Imu: what it belongs to is not known
 
 
 class AttitudeEstimatorParameters(Parameters):
@@ -57,7 +57,7 @@ def estimate(t_ns, p, x, imu, star_tracker, attitude, telemetry):
         write_covariances(p, x, attitude, telemetry)
     else:
         attitude.orientation = Quaternion(0.0, 0.0, 0.0, 1.0)
-        attitude.orientation_covariance = NO_ORIENTATION
+        attitude.orientation_covariance = UNKNOWN
     telemetry.bias, telemetry.innovation = x.bias, x.innovation
     telemetry.innovation_squared = x.innovation_squared
     telemetry.accepted, telemetry.rejected = x.accepted, x.rejected

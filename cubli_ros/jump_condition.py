@@ -81,3 +81,9 @@ def split(vector, normal):
 def friction_ratio(along, across):
     """Tangential over normal force; LOST_CONTACT_RATIO where nothing presses the corner down."""
     return across / along if across < LOST_CONTACT_RATIO * along else LOST_CONTACT_RATIO
+
+
+def largest_ratio(ratios) -> float | None:
+    """The largest of friction ratios (n,); None where contact is lost at some time."""
+    largest = float(ratios.max())
+    return largest if largest < LOST_CONTACT_RATIO else None

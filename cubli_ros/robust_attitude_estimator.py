@@ -14,7 +14,7 @@ import math
 from cubli_ros import attitude_filter
 from cubli_ros.attitude import is_fix
 from cubli_ros.attitude_estimator import (
-    NO_ORIENTATION,
+    UNKNOWN,
     AttitudeEstimatorParameters,
     AttitudeEstimatorState,
     write_covariances,
@@ -119,7 +119,7 @@ def estimate(t_ns, p, x, inputs, outputs):
         write_covariances(p, x, attitude, outputs.filter)
     else:
         attitude.orientation = Quaternion(0.0, 0.0, 0.0, 1.0)
-        attitude.orientation_covariance = NO_ORIENTATION
+        attitude.orientation_covariance = UNKNOWN
     tell(p, x, outputs.filter, outputs.status)
 
 

@@ -33,6 +33,27 @@ def rotation_vector(q):
 
 
 @kernel
+def quaternion_from_matrix(m):
+    """Rotation matrix -> unit quaternion of the same rotation, by its largest component (Shepperd 1978)."""
+    trace = m[0, 0] + m[1, 1] + m[2, 2]
+    if trace >= max(m[0, 0], m[1, 1], m[2, 2]):
+        w = 0.5 * math.sqrt(1.0 + trace)
+        f = 0.25 / w
+        return Quaternion(f * (m[2, 1] - m[1, 2]), f * (m[0, 2] - m[2, 0]), f * (m[1, 0] - m[0, 1]), w)
+    if m[0, 0] >= max(m[1, 1], m[2, 2]):
+        x = 0.5 * math.sqrt(1.0 + m[0, 0] - m[1, 1] - m[2, 2])
+        f = 0.25 / x
+        return Quaternion(x, f * (m[0, 1] + m[1, 0]), f * (m[0, 2] + m[2, 0]), f * (m[2, 1] - m[1, 2]))
+    if m[1, 1] >= m[2, 2]:
+        y = 0.5 * math.sqrt(1.0 + m[1, 1] - m[0, 0] - m[2, 2])
+        f = 0.25 / y
+        return Quaternion(f * (m[0, 1] + m[1, 0]), y, f * (m[1, 2] + m[2, 1]), f * (m[0, 2] - m[2, 0]))
+    z = 0.5 * math.sqrt(1.0 + m[2, 2] - m[0, 0] - m[1, 1])
+    f = 0.25 / z
+    return Quaternion(f * (m[0, 2] + m[2, 0]), f * (m[1, 2] + m[2, 1]), z, f * (m[1, 0] - m[0, 1]))
+
+
+@kernel
 def quaternion_rates(q, omega):
     """q' = q omega / 2 of an attitude q and the body rates omega [rad/s]."""
     return 0.5 * Quaternion(q.w * omega.x + q.y * omega.z - q.z * omega.y,

@@ -273,8 +273,8 @@ class ModeManager(Component):
     modes = ("descend", "hover", "abort")
     parameters, state = ModeManagerParameters, ModeManagerState
     inputs = {"nominal": lander.COMMAND, "odometry": lander.ODOMETRY, "status": lander.NAVIGATION_STATUS,
-              "gravity": lander.GRAVITY, "request": mode_request("lander")}
-    outputs = {"command": lander.SAFE_COMMAND, "mode": mode("lander"), "budget": lander.MANEUVER_BUDGET}
+              "gravity": lander.GRAVITY, "request": mode_request("lander", lander.BASE)}
+    outputs = {"command": lander.SAFE_COMMAND, "mode": mode("lander", lander.BASE), "budget": lander.MANEUVER_BUDGET}
     optional_inputs = ("request",)
     rate_hz = 10.0
     kernel = manage

@@ -4,6 +4,8 @@ The filter is `lander_ros.navigation_filter`. It starts with the first sample in
 camera all have something to say, at an unknown velocity.
 """
 
+import math
+
 from flight_graph.components.component import Component, same_stamp
 from flight_graph.components.records import Array, Parameters, State, field
 from flight_graph.timebase import SECOND
@@ -71,7 +73,7 @@ def navigate(t_ns, p, x, inputs, outputs):
     """One sample of the inertial unit, and what other sensors have new, into the estimate."""
     now = outputs.odometry.header.stamp
     star = same_stamp(inputs.star_tracker.header.stamp, now)
-    ranged = same_stamp(inputs.altimeter.header.stamp, now) and inputs.altimeter.range > 0.0
+    ranged = same_stamp(inputs.altimeter.header.stamp, now) and 0.0 < inputs.altimeter.range < math.inf
     seen = same_stamp(inputs.camera.header.stamp, now) and any(inputs.camera.vector != 0.0)
     distance, direction = float(inputs.altimeter.range), inputs.camera.vector
     gyro = inputs.imu.angular_velocity

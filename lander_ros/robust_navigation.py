@@ -6,6 +6,8 @@ still counts as good enough to fly on is the status's `valid`: limits on the cov
 contradiction blames stands in `contradictions`.
 """
 
+import math
+
 from flight_graph.components.component import Component, same_stamp
 from flight_graph.components.records import field
 from flight_math import (
@@ -79,7 +81,7 @@ def navigate(t_ns, p, x, inputs, outputs):
     now = outputs.odometry.header.stamp
     imu_new = same_stamp(inputs.imu.header.stamp, now)
     star = same_stamp(inputs.star_tracker.header.stamp, now)
-    ranged = same_stamp(inputs.altimeter.header.stamp, now) and inputs.altimeter.range > 0.0
+    ranged = same_stamp(inputs.altimeter.header.stamp, now) and 0.0 < inputs.altimeter.range < math.inf
     seen = same_stamp(inputs.camera.header.stamp, now) and any(inputs.camera.vector != 0.0)
     distance, direction = float(inputs.altimeter.range), inputs.camera.vector
     for sensor in range(SENSORS):

@@ -2,7 +2,8 @@
 
 Frames. ``cubli_base``: body frame, origin at the cube's centre, axes along the wheel axes. ``cubli_balance``: the paper's
 inertial frame, equal to the body frame when the rover balances on its corner (up is [1, 1, 1] / sqrt(3) there on level
-ground). ``site``: local east, north, up (REP 103), origin at the corner.
+ground), its origin at the corner. ``imu_link``: the inertial unit, in the body frame's place. ``site``: local east, north,
+up (REP 103), origin at the corner.
 """
 
 from msg_schemas import modes
@@ -12,6 +13,7 @@ from msg_schemas.signal import Quantity, Signal, named_vector
 BASE = "cubli_base"
 BALANCE = "cubli_balance"
 SITE = "site"
+IMU_LINK = "imu_link"
 WHEELS = ["wheel_x", "wheel_y", "wheel_z"]
 
 TRUTH = named_vector("cubli/truth", BASE, {
@@ -43,13 +45,13 @@ TRUTH_CONTACT = named_vector("cubli/truth/contact", SITE, {
     "centre_velocity": Quantity(3, "m/s", "velocity of the cube's centre"),
 }, Role.TRUTH, doc="contact with the ground: forces, events, and the motion of corner and centre in the site frame")
 TRUTH_ATTITUDE = Signal("cubli/truth/attitude", "sensor_msgs/msg/Imu", Role.TRUTH, {"header.frame_id": BASE},
-                        doc="true attitude (body to balance frame) and body rates, in the form of an estimate")
+                        doc="true attitude (body to balance frame) and body rates; no acceleration (covariance -1)")
 TRUTH_POSE = Signal("cubli/truth/pose", "geometry_msgs/msg/PoseStamped", Role.TRUTH, {"header.frame_id": SITE},
                     doc="pose of the cube's centre in the site frame, for viewers")
 WHEEL_STATE = Signal("cubli/wheel_state", "sensor_msgs/msg/JointState", Role.SENSOR,
                      {"header.frame_id": BASE, "name": WHEELS, "velocity": 3, "effort": 3},
                      doc="wheel speeds and the torque held over the last interval")
-IMU = Signal("cubli/imu", "sensor_msgs/msg/Imu", Role.SENSOR, {"header.frame_id": "imu_link"},
+IMU = Signal("cubli/imu", "sensor_msgs/msg/Imu", Role.SENSOR, {"header.frame_id": IMU_LINK},
              doc="gyro and accelerometer at the cube's centre; orientation is unknown (covariance -1)")
 STAR_TRACKER = Signal("cubli/star_tracker", "geometry_msgs/msg/QuaternionStamped", Role.SENSOR,
                       {"header.frame_id": BALANCE}, doc="measured attitude, body to balance frame")
@@ -134,8 +136,8 @@ WHEEL_STATUS = named_vector("cubli/wheel_status", BASE, {
     "failed": Quantity(3, "1", "1 while a wheel does not do as it is told"),
     "age": Quantity(None, "s", "of the newest wheel speeds; -1: none yet"),
 }, Role.TELEMETRY, doc="whether the wheels do as they are told")
-MODE_REQUEST = modes.mode_request("cubli")
-MODE = modes.mode("cubli")
+MODE_REQUEST = modes.mode_request("cubli", BASE)
+MODE = modes.mode("cubli", BASE)
 SAFE_STATE = named_vector("cubli/safe_state", BASE, {
     "estimate_lost": Quantity(None, "1", "1: no valid, fresh estimate"),
     "command_lost": Quantity(None, "1", "1: no fresh nominal command"),

@@ -26,7 +26,7 @@ IMU = Signal("lander/imu", "sensor_msgs/msg/Imu", Role.SENSOR, {"header.frame_id
 STAR_TRACKER = Signal("lander/star_tracker", "geometry_msgs/msg/QuaternionStamped", Role.SENSOR,
                       {"header.frame_id": INERTIAL}, doc="measured attitude, B to the inertial frame")
 ALTIMETER = Signal("lander/altimeter", "sensor_msgs/msg/Range", Role.SENSOR, {"header.frame_id": BASE},
-                   doc="distance to the mark, along the camera's line of sight to it; -inf: out of reach",
+                   doc="distance to the mark, along the camera's line of sight to it; inf: out of reach (REP 117)",
                    may_be_nonfinite=("range",))
 SITE_LOS = Signal("lander/site_los", "geometry_msgs/msg/Vector3Stamped", Role.SENSOR, {"header.frame_id": BASE},
                   doc="unit vector to the mark, in B; zero: the mark is not in the picture")
@@ -38,6 +38,11 @@ TRUTH_POSE = Signal("lander/truth/pose", "geometry_msgs/msg/PoseStamped", Role.T
                     doc="true pose of B in D, for viewers")
 GOAL = Signal("lander/goal", "geometry_msgs/msg/PoseStamped", Role.TRUTH, {"header.frame_id": ASTEROID},
               doc="the landing-site frame D in A")
+TRUTH_FRAMES = named_vector("lander/truth/frames", SITE, {
+    "position": Quantity(3, "m", "of B in D"),
+    "attitude": Quantity(4, "1", "quaternion x, y, z, w, B to D", quaternion=True),
+    "inertial": Quantity(4, "1", "quaternion x, y, z, w, inertial axes to D", quaternion=True),
+}, Role.TRUTH, doc="where the frames that move stand, for viewers")
 TRUTH = named_vector("lander/truth", BASE, {
     "site_position": Quantity(3, "m", "r, from the goal to the craft, in D"),
     "site_velocity": Quantity(3, "m/s", "d(r^D)/dt, in D"),

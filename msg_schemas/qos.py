@@ -1,7 +1,8 @@
 """Quality of service by role, in one table.
 
 Depths are such that lockstep cannot overflow a reader: the clock master never runs more than `WINDOW` ticks ahead of the
-slowest node (see the ros engine), and a stream keeps more than that.
+slowest node (see the ros engine), and a stream keeps more than that. A node by itself, in realtime, asks for less
+(`alone`): sensors of others are best effort, as a rule, and a controller that has fallen behind wants no old ones.
 """
 
 from dataclasses import dataclass
@@ -48,3 +49,10 @@ QOS = {
     Role.LATCHED: Qos(depth=1, transient_local=True),
 }
 RECORDER = Qos(depth=20_000)  # reader history of the recorder, drained on a period
+
+
+def alone(role: Role) -> Qos:
+    """What an input of a node that runs by itself asks for; commands and latched topics stay reliable."""
+    if role is Role.LATCHED:
+        return role.qos
+    return Qos(depth=1, reliable=role is Role.COMMAND)

@@ -178,10 +178,12 @@ class Signal:
         return ROUNDING if quantity is None else quantity.floor
 
     def columns(self):
-        """Yield (label, unit) of every named quantity, for documents and tables."""
-        for parts in self.groups.values():
+        """Yield (path, indices, label, quantity) of every named quantity: where it stands in a float64 array."""
+        for path, parts in self.groups.items():
+            start = 0
             for name, quantity in parts.items():
-                yield name, quantity.unit
+                yield path, range(start, start + quantity.count), name, quantity
+                start += quantity.count
 
 
 def _difference(path, mine, theirs):

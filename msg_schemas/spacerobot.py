@@ -1,6 +1,7 @@
 """Topics of the space robot: a free-flying base with revolute joints.
 
 Frames. ``inertial``: any frame that does not turn. ``space_robot_base``: origin at the base's geometric centre.
+``spacerobot_B1`` and so on: the links, named after the bodies.
 Quaternions on topics are x, y, z, w and turn base axes into inertial axes; angular velocities and accelerations are in
 base axes. `topics` makes the table for any number of joints; `MINI` is the one of the four-joint robot.
 """
@@ -17,13 +18,18 @@ INERTIAL_PARAMETERS = ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz", "hx", "hy", "hz
 
 @dataclass(frozen=True)
 class Topics:
-    """The signals of one robot. joints: number n of joints; there are n + 1 bodies and 10 (n + 1) parameters."""
+    """The signals of one robot. joints: number n of joints; there are n + 1 bodies and 10 (n + 1) parameters.
+
+    frames: of the bodies, the base first.
+    """
 
     joints: int
+    frames: tuple[str, ...]
     truth: Signal
     true_parameters: Signal
     true_pose: Signal
     true_prediction: Signal
+    true_frames: Signal
     imu: Signal
     star_tracker: Signal
     joint_state: Signal
@@ -74,7 +80,7 @@ def topics(joint_names: list[str], body_names: list[str], prefix: str = "spacero
                 f"{name}_rejected": Quantity(size, "1", "readings that were refused, in all")}
 
     return Topics(
-        joints=n,
+        joints=n, frames=(BASE, *(f"{prefix}_{body}" for body in body_names[1:])),
         truth=vector("truth", {
             "position": Quantity(3, "m", "base origin, inertial axes"),
             "velocity": Quantity(3, "m/s", "of the base origin, inertial axes"),
@@ -103,6 +109,13 @@ def topics(joint_names: list[str], body_names: list[str], prefix: str = "spacero
             "prediction_error": Quantity(None, "N m", "|Y (pi_hat - pi)| of the moment and joint rows, true motion"),
             "parameter_error": Quantity(None, "1", "root mean square of (pi_hat - pi) / |pi|"),
         }, Role.TRUTH, "how good the estimate is, seen by who knows"),
+        true_frames=vector("truth/frames", {
+            "position": Quantity(3, "m", "base origin, inertial axes"),
+            "attitude": Quantity(4, "1", "quaternion x, y, z, w, base to inertial axes", quaternion=True),
+            "parents": Quantity(n, "1", "number of the body that carries each link; 0: the base"),
+            "offsets": Quantity(3 * n, "m", "origin of each link in its parent's axes"),
+            "rotations": Quantity(4 * n, "1", "quaternion x, y, z, w of each link, to its parent's axes"),
+        }, Role.TRUTH, "where base and links stand, for viewers"),
         imu=Signal(f"{prefix}/imu", "sensor_msgs/msg/Imu", Role.SENSOR, {"header.frame_id": BASE},
                    doc="gyro and accelerometer at the base's origin; orientation is unknown (covariance -1)"),
         star_tracker=Signal(f"{prefix}/star_tracker", "geometry_msgs/msg/QuaternionStamped", Role.SENSOR,

@@ -18,6 +18,7 @@ from packaging.requirements import Requirement
 
 FOLDER = Path(__file__).resolve().parent
 PYTHONS = ("3.11", "3.12")
+KINDS = ("", "-test", "-pinocchio")  # of locks that have the same versions
 GLIBC = (5, 12, 17, 24, 26, 27, 28, 31, 34, 35)  # minor versions of the wheels that a Linux of 2022 takes
 
 
@@ -93,7 +94,8 @@ def main() -> int:
     for name in given.platforms or PLATFORMS:
         tags, markers = PLATFORMS[name]
         for python in PYTHONS:
-            entries = needed(FOLDER / f"python{python}.txt", python, markers)
+            locks = [FOLDER / f"python{python}{kind}.txt" for kind in KINDS]
+            entries = list(dict.fromkeys(entry for lock in locks for entry in needed(lock, python, markers)))
             without = missing(entries, python, tags)
             holes += len(without)
             print(f"{name:15} Python {python}: {len(entries):3} packages, "

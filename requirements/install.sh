@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Fills .venv with the pinned, hash-checked packages of requirements/; `make setup` calls it.
 # usage: requirements/install.sh [python]     (ROS=none in the environment leaves ROS 2 out)
+#        requirements/install.sh --tests      adds the packages of the tests to it (PINOCCHIO=none leaves Pinocchio out)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 venv=.venv
@@ -24,6 +25,19 @@ version_of() { "$1" -c 'import sys; print("%d.%d" % sys.version_info[:2], end=""
 
 if [ "${ROS_DISTRO:-jazzy}" != jazzy ]; then
     stop "ROS 2 $ROS_DISTRO is sourced, this project runs on Jazzy: use a shell in which it is not sourced."
+fi
+
+pip() { $bin/python -m pip --disable-pip-version-check "$@"; }
+if [ "${1:-}" = --tests ]; then
+    lock=requirements/python$(version_of $bin/python)
+    pip install --quiet --require-hashes --only-binary :all: -r "$lock-test.txt"
+    if [ "${PINOCCHIO:-}" = none ]; then
+        echo "setup: packages of the tests, without Pinocchio: what it judges is skipped"
+    else
+        pip install --quiet --require-hashes --only-binary :all: -r "$lock-pinocchio.txt"
+        echo "setup: packages of the tests"
+    fi
+    exit
 fi
 
 python=${1:-}
@@ -66,7 +80,6 @@ if ! is_as_wanted; then
     "$python" -m venv "${options[@]}" $venv
 fi
 
-pip() { $bin/python -m pip --disable-pip-version-check "$@"; }
 pip install --quiet --require-hashes --only-binary :all: -r requirements/build.txt
 # empy comes as source only; the build tools just installed build it, so that no unpinned ones are fetched.
 pip install --quiet --require-hashes --no-build-isolation --only-binary :all: --no-binary empy -r "$lock"

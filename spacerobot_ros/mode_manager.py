@@ -138,10 +138,10 @@ def manager(topics: spacerobot.Topics) -> type[Component]:
         parameters, state = ModeParameters, ModeState
         inputs = {"nominal_base": topics.base_command, "nominal_joints": topics.joint_command,
                   "odometry": topics.odometry, "status": topics.state_status, "monitor": topics.monitor,
-                  "request": mode_request(vehicle)}
+                  "request": mode_request(vehicle, spacerobot.BASE)}
         optional_inputs = ("monitor", "request")
         outputs = {"base_command": topics.safe_base_command, "joint_command": topics.safe_joint_command,
-                   "brakes": topics.brakes, "mode": mode(vehicle), "adaptation": topics.adaptation}
+                   "brakes": topics.brakes, "mode": mode(vehicle, spacerobot.BASE), "adaptation": topics.adaptation}
         rate_hz = 50.0
         start, kernel = start, manage
 

@@ -35,7 +35,7 @@ def evaluate(expression: str, results: dict):
     try:
         return _value(_parse(expression).body, results, expression)
     except (TypeError, ZeroDivisionError):
-        return None  # arithmetic with "never"
+        return None  # arithmetic with what is missing
 
 
 def _parse(expression):

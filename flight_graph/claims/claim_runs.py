@@ -19,6 +19,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from flight_graph.claims.claim_expressions import Several
+from flight_graph.components.foreign import Consent, agree
 from flight_graph.errors import FlightError, RunStopped, unknown
 from flight_graph.graphs import metrics
 from flight_graph.graphs.scenario import Scenario, load, vary_case
@@ -47,13 +48,16 @@ class RunEntry(BaseModel):
         """Whether it is the scenario as it stands."""
         return not self.set and self.case is None and self.cases is None
 
-    def scenarios(self) -> dict[str, Scenario]:
-        """The scenarios to run, by the label of the case ('' for a single run). Raises FlightError."""
-        scenario = load(self.scenario, self.set)
+    def scenarios(self, consent: Consent = agree) -> dict[str, Scenario]:
+        """The scenarios to run, by the label of the case ('' for a single run). Raises FlightError.
+
+        consent: is asked before code runs that does not come with the packages.
+        """
+        scenario = load(self.scenario, self.set, consent=consent)
         if self.case is None and self.cases is None:
             return {"": scenario}
         if scenario.vary is None:
-            raise FlightError(f"claims: {self.scenario} has no 'vary' block, so it has no cases")
+            raise FlightError(f"{self.scenario} has no 'vary' block, so it has no cases")
         if self.case is not None:
             return {"": vary_case(scenario, _number(scenario, self.case), self.set)}
         wanted = range(scenario.vary.count) if self.cases == "all" else self.cases
@@ -79,9 +83,9 @@ def _number(scenario, case):
         return case
     found = [number for number, (name, _) in enumerate(vary.combinations) if name == case]
     if not found:
-        raise unknown("case", case, {name for name, _ in vary.combinations if name}, f"claims: {scenario.name}")
+        raise unknown("case", case, {name for name, _ in vary.combinations if name}, scenario.name)
     if len(found) > 1:
-        raise FlightError(f"claims: {scenario.name}: '{case}' is {len(found)} cases of the grid; name it by its number")
+        raise FlightError(f"{scenario.name}: '{case}' is {len(found)} cases of the grid; name it by its number")
     return found[0]
 
 
@@ -115,10 +119,15 @@ def run_all(entries: dict[str, RunEntry], jobs: int, progress=None, kept=None) -
 
     progress(done, total, name) is called after each run; kept: see `run_one`.
     """
+    return run_scenarios({name: _checked(name, entry) for name, entry in entries.items()}, jobs, progress, kept)
+
+
+def run_scenarios(named: dict[str, dict[str, Scenario]], jobs: int, progress=None, kept=None) -> dict:
+    """`run_all` of scenarios: name -> label of the case ('' for a single run) -> scenario."""
     wanted, scenarios, first = {}, {}, {}
-    for name, entry in entries.items():
+    for name, labelled in named.items():
         wanted[name] = {}
-        for label, scenario in _checked(name, entry).items():
+        for label, scenario in labelled.items():
             wanted[name][label] = key = identity(scenario)
             scenarios.setdefault(key, scenario)
             first.setdefault(key, f"{name} {label}".strip())

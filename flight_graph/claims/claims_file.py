@@ -14,7 +14,7 @@
         where: Theorem 1, Figs. 17-19
         says: The attitude error stays inside its funnel.
         values: {60 s: printed.xi_a_max}   # or value: printed.xi_a_max
-        relation: {below: 1.0}             # below, above, near: [number, tolerance], between: [low, high], is: value
+        relation: {below: 1.0}             # or another of `flight_graph.claims.relation`
         expect: holds                      # holds, does not hold, depends
         estimated: sensed.xi_a_max         # the same with estimated instead of true state (may be left out) ...
         estimated_expect: holds            # ... and what was found there (default: as above)
@@ -33,7 +33,6 @@ is marked, and the command's exit status says so. A row may name ``check: module
 relation, for what is no metric of a run: function() returns (holds, text of what was found), or several of them by label.
 """
 
-import math
 import re
 from typing import Any, Literal
 
@@ -42,6 +41,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from flight_graph import yaml_text
 from flight_graph.claims.claim_expressions import names
 from flight_graph.claims.claim_runs import RunEntry
+from flight_graph.claims.relation import Relation
 from flight_graph.errors import FlightError, unknown
 from flight_graph.graphs.papers import papers
 
@@ -54,48 +54,6 @@ STATEMENTS = (PAPER, IMPLIED, OURS)
 
 class _Strict(BaseModel):
     model_config = ConfigDict(extra="forbid")
-
-
-class Relation(_Strict):
-    """Exactly one of these."""
-
-    below: float | None = None
-    above: float | None = None
-    near: tuple[float, float] | None = None
-    between: tuple[float, float] | None = None
-    is_: Any = Field(default=None, alias="is")
-
-    @model_validator(mode="after")
-    def _one(self):
-        if len(self.model_fields_set) != 1:
-            raise ValueError("a relation has exactly one of below, above, near, between, is")
-        return self
-
-    def holds(self, value) -> bool:
-        """Whether the relation holds; None (never, or not there) holds for ``is: null`` alone."""
-        if "is_" in self.model_fields_set:
-            return value == self.is_
-        if value is None or not math.isfinite(value):
-            return False
-        if self.below is not None:
-            return value < self.below
-        if self.above is not None:
-            return value > self.above
-        if self.near is not None:
-            return abs(value - self.near[0]) <= self.near[1]
-        return self.between[0] <= value <= self.between[1]
-
-    @property
-    def text(self) -> str:
-        if "is_" in self.model_fields_set:
-            return f"is {self.is_}"
-        if self.below is not None:
-            return f"< {self.below:g}"
-        if self.above is not None:
-            return f"> {self.above:g}"
-        if self.near is not None:
-            return f"{self.near[0]:g} +- {self.near[1]:g}"
-        return f"{self.between[0]:g} to {self.between[1]:g}"
 
 
 class Flip(_Strict):

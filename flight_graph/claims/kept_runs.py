@@ -5,6 +5,7 @@ import shutil
 from pathlib import Path
 
 from flight_graph.engines.compiled import CompiledRun
+from flight_graph.errors import RunStopped
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.recording import open_run, versions, write_recording
 
@@ -12,23 +13,34 @@ from flight_graph.recordings.recording import open_run, versions, write_recordin
 class KeptRuns:
     """``kept(scenario)`` gives the signals of a run from its bag in ``folder``, where it is recorded first if need be.
 
-    A bag of other versions, or of a working tree with changes of its own, is made again.
+    A bag of other versions, of a working tree with changes of its own, or of a run that was stopped, is made again.
+    trust: code that the scenarios name beyond the packages may run (it has, when they were loaded).
     """
 
-    def __init__(self, folder):
-        self.folder = Path(folder)
+    def __init__(self, folder, trust: bool = False):
+        self.folder, self._trust = Path(folder), trust
         self.folder.mkdir(parents=True, exist_ok=True)
         self._versions = versions()
 
-    def __call__(self, scenario: Scenario):
+    def path(self, scenario: Scenario) -> Path:
+        """Where the bag of a run is, or will be."""
         from flight_graph.claims.claim_runs import identity
         key = hashlib.sha256(identity(scenario).encode()).hexdigest()[:16]
-        path = self.folder / f"{scenario.name}-{key}"
+        return self.folder / f"{scenario.name}-{key}"
+
+    def __call__(self, scenario: Scenario):
+        path = self.path(scenario)
         if path.exists():
-            bag, _, signals = open_run(path)
+            bag, _, signals = open_run(path, self._trust)
             made = bag.metadata["flight_graph"]
-            if {name: made[name] for name in self._versions} == self._versions and "-dirty" not in made["commit"]:
+            is_whole = bag.metadata.get("flight_graph.outcome", {}).get("complete") == "true"
+            if (is_whole and {name: made[name] for name in self._versions} == self._versions
+                    and "-dirty" not in made["commit"]):
                 return signals
             shutil.rmtree(path)
-        write_recording(CompiledRun(scenario).run(), path, "compiled")
-        return open_run(path)[2]
+        try:
+            write_recording(CompiledRun(scenario).run(), path, "compiled")
+        except RunStopped as stop:
+            write_recording(stop.recording, path, "compiled")
+            raise
+        return open_run(path, self._trust)[2]

@@ -5,6 +5,9 @@ import sys
 
 def main() -> int:
     """Run the command line; a FlightError becomes its sentence and status 2."""
+    if sys.argv[1:2] == ["node"]:
+        from flight_graph.ros import leaving
+        leaving.at_once()
     from flight_graph.cli.app import app
     from flight_graph.errors import FlightError
     from flight_graph.text_files import printable, short

@@ -13,7 +13,9 @@ from flight_graph.cli import (
     export_c,
     fault,
     identify,
+    rare,
     replay,
+    report,
     scenarios,
     step,
     sweep,
@@ -29,8 +31,10 @@ check.register(app)
 compile.register(app)
 fault.register(app)
 sweep.register(app)
+report.register(app)
 bags.register(app)
 replay.register(app)
+rare.register(app)
 claims.register(app)
 design.register(app)
 identify.register(app)

@@ -10,8 +10,8 @@ from dataclasses import is_dataclass
 from pathlib import Path
 
 from flight_graph import yaml_text
-from flight_graph.components import registry
-from flight_graph.graphs import scenario
+from flight_graph.components import functions, registry
+from flight_graph.graphs import fault_scores, scenario
 from flight_graph.graphs.scenario_file import PARTS, ScenarioFile
 from msg_schemas.qos import QOS
 from msg_schemas.signal import Signal
@@ -36,7 +36,8 @@ def vehicles() -> dict[str, dict[str, Signal]]:
 
 def reference() -> str:
     """The page as Markdown."""
-    return "\n".join([_NOTE, "# Reference", "", *_scenarios(), *_scenario_keys(), *_qos(), *_topics(), *_components(), ""])
+    return "\n".join([_NOTE, "# Reference", "", *_scenarios(), *_scenario_keys(), *_qos(), *_topics(), *_metrics(),
+                      *_components(), ""])
 
 
 def _scenarios():
@@ -71,14 +72,41 @@ def _qos():
 
 
 def _topics():
-    yield from ["## Topics", ""]
+    yield from ["## Topics", "", "Numbers before the names of quantities are their places in `position`: what viewers show "
+                "as `/cubli/funnel.position[6]` is the first of `attitude_xi`. `flight list SCENARIO --topics` prints them "
+                "one by one.", ""]
     for vehicle, signals in vehicles().items():
         yield from [f"### {vehicle}", "", "| topic | type | role | bytes | what it carries |", "|---|---|---|---|---|"]
         for signal in signals.values():
-            parts = ", ".join(f"{name} [{unit}]" for name, unit in signal.columns())
+            parts = ", ".join(f"{index_text(indices)} {name} [{quantity.unit}]"
+                              for _, indices, name, quantity in signal.columns())
             text = signal.doc + (f": {parts}" if parts else "")
             yield f"| `/{signal.topic}` | {signal.type_name} | {signal.role.value} | {signal.size + 4} | {_cell(text)} |"
         yield ""
+
+
+def metric_tables() -> dict[str, tuple]:
+    """The metrics function that a scenario of the packages names -> the declarations beside it; faults' scores first."""
+    named = {data.get("metrics") for data in map(yaml_text.read, scenario.available().values())} - {None}
+    found = {f"{fault_scores.__name__}:scores": fault_scores.METRICS}
+    for name in sorted(named):
+        found[name] = functions.load(name, "metrics").__globals__["METRICS"]
+    return found
+
+
+def _metrics():
+    yield from ["## Metrics", "", "A metric that a run does not have is `none` (`null` in JSON and tables), never a "
+                "number that stands for it.", ""]
+    for name, entries in metric_tables().items():
+        yield from [f"### {name}", "", "| metric | unit | meaning | none means |", "|---|---|---|---|"]
+        for entry in entries:
+            yield f"| `{entry.name}` | {entry.unit or entry.kind} | {_cell(entry.meaning)} | {_cell(entry.missing)} |"
+        yield ""
+
+
+def index_text(indices: range) -> str:
+    """Where a quantity stands in its array."""
+    return str(indices[0]) if len(indices) == 1 else f"{indices[0]}-{indices[-1]}"
 
 
 def _components():

@@ -27,7 +27,7 @@ def identify(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")] = False,
 ) -> None:
     """Rank, singular values, and which parameters are identifiable, on their own or in which combinations."""
-    from flight_graph.cli.scenarios import parse_settings
+    from flight_graph.graphs.overrides import parse_settings
     from flight_graph.graphs.scenario import load
     scenario = None if trajectory == "random" else load(trajectory, parse_settings(settings), consent=asked(trust))
     reports = importlib.import_module(REPORTS)

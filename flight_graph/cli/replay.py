@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from flight_graph.cli.bags import BagPath, Topics, tell_unchecked
-from flight_graph.cli.scenarios import CheckBounds, Json, parse_settings, prepare_engine
+from flight_graph.cli.scenarios import CheckBounds, Json, prepare_engine
 from flight_graph.cli.show import console, fields_table, status, steps
 from flight_graph.cli.trust import Trust, asked
 from flight_graph.errors import FlightError
@@ -62,6 +62,7 @@ def replay(
     Without --set every byte must be equal. With --set the differences are reported (open loop).
     """
     prepare_engine(engine)
+    from flight_graph.graphs.overrides import parse_settings
     from flight_graph.runs import replay as run_again
     with steps(f"replay {component}", not as_json) as advance:
         result = run_again(

@@ -11,9 +11,9 @@ import typer
 from flight_graph import yaml_text
 from flight_graph.cli.scenario_tables import show
 from flight_graph.cli.show import RunProgress, add, console, metrics_table, status, steps
+from flight_graph.cli.topic_tables import show_topics
 from flight_graph.cli.trust import Trust, asked
 from flight_graph.errors import FlightError
-from flight_graph.text_files import short
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
 Settings = Annotated[list[str] | None, typer.Option(
@@ -31,7 +31,7 @@ def prepare_engine(engine: str) -> None:
 
 
 def register(app: typer.Typer) -> None:
-    app.command("list", epilog="Example: flight list cubli_asteroid")(list_)
+    app.command("list", epilog="Example: flight list cubli_asteroid --topics")(list_)
     app.command(epilog="Example: flight run cubli_asteroid --engine ros --set controller.lambda_a=0.03 --json")(run)
     app.command(epilog="Example: flight node cubli_ros appc_controller --ros-args -p lambda_a:=0.041", context_settings={
         "allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []})(node)
@@ -39,15 +39,22 @@ def register(app: typer.Typer) -> None:
 
 def list_(
     scenario: Annotated[str | None, typer.Argument(help="A scenario to look into.")] = None,
+    topics: Annotated[bool, typer.Option(
+        "--topics", help="Its topics, and the place of every named number in them, as viewers count.")] = False,
     trust: Trust = False,
     as_json: Json = False,
 ) -> None:
     """List scenarios and components, or show one scenario's graph: rates, topics, connections, parameters."""
     from flight_graph.components import registry
     from flight_graph.graphs import scenario as scenarios
+    if scenario and topics:
+        show_topics(scenario, asked(trust), as_json)
+        return
     if scenario:
         show(scenario, trust, as_json)
         return
+    if topics:
+        raise FlightError("flight list --topics: name a scenario")
     titles = {name: yaml_text.read(path)["title"] for name, path in scenarios.available().items()}
     components = {name: found.summary() for name, found in registry.components().items()}
     if as_json:
@@ -62,7 +69,8 @@ def list_(
 
 
 def run(
-    scenario: Annotated[str | None, typer.Argument(help="A scenario's name, or the path of a YAML file.")] = None,
+    scenario: Annotated[str | None, typer.Argument(
+        help="A scenario's name, or the path of a YAML file; or the folder of a campaign, with --case.")] = None,
     begin: Annotated[str | None, typer.Option(
         "--from", metavar="BAG@SECONDS", help="Go on where a recorded run stood at this time; with --set it is a branch "
                                               "of it, and --duration counts from there.")] = None,
@@ -70,7 +78,7 @@ def run(
     pace: Annotated[str, typer.Option(help="ros only: lockstep, realtime or realtime:FACTOR.")] = "lockstep",
     settings: Settings = None,
     params: Params = None,
-    case: Annotated[int | None, typer.Option(help="Run this case of the scenario's sweep.")] = None,
+    case: Annotated[int | None, typer.Option(help="Run this case of the scenario's 'vary' block.")] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of all noise.")] = None,
     duration: Annotated[float | None, typer.Option(help="Simulated seconds.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the bag (a new one).")] = None,
@@ -83,19 +91,24 @@ def run(
     from flight_graph import runs
     from flight_graph.engines.choice import check_engine
     from flight_graph.graphs import scenario as scenarios
-    consent, start = asked(trust), None
+    consent, campaign, start, swept = asked(trust), None, None, None
     if (scenario is None) == (begin is None):
         raise FlightError("flight run needs a scenario, or --from BAG@SECONDS in its place")
     if begin is not None:
         start = _continued(begin, settings, seed, duration, consent, not as_json, params or case is not None)
         loaded = start.scenario
+    elif os.path.isdir(scenario):
+        campaign, swept = _campaign(scenario, case, {"--set": settings, "--params": params, "--seed": seed,
+                                                     "--duration": duration}, consent)
+        loaded = scenarios.vary_case(swept, case)
     else:
-        loaded = scenarios.load(scenario, overrides(scenario, settings, params, seed, duration, consent), case, consent)
+        given = overrides(scenario, settings, params, seed, duration, consent)
+        loaded = scenarios.load(scenario, given, case, consent)
+        swept = None if case is None else scenarios.load(scenario, given, None, consent)
     check_engine(loaded, engine)
     folder = runs.new_folder(out, loaded, engine)
     if case is not None:
-        given = overrides(scenario, settings, params, seed, duration, consent)
-        status(_case(scenarios.load(scenario, given, None, consent), case))
+        status(_case(swept, case))
     for warning in [*loaded.warnings(), *(start.warnings if start else ())]:
         status(f"warning: {warning}")
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # both end the nodes and close the bag
@@ -106,13 +119,17 @@ def run(
         except (KeyboardInterrupt, FlightError) as error:
             reason = str(error) or "interrupted"
             raise FlightError(f"{reason}; {_what_is_left(folder)}") from None
+    differing = None if campaign is None else campaign.differences(case, outcome.metrics)
+    for sentence in differing or []:
+        status(f"warning: {sentence}")
     if as_json:
         print(json.dumps({
             "scenario": loaded.name, "bag": str(outcome.bag), "engine": outcome.engine, "pace": outcome.pace,
             "seed": loaded.seed, "wall_s": outcome.wall_s, "compile_s": outcome.compile_s, "lost": outcome.lost,
             "ros_domain_id": outcome.domain, "begins": start.begin.metadata() if start else None,
-            "metrics": outcome.metrics, "statistics": outcome.statistics, "watchdog": outcome.notes,
-            "warnings": loaded.warnings()}))
+            "metrics": outcome.metrics, "units": _units(loaded, outcome.metrics),
+            "statistics": outcome.statistics, "watchdog": outcome.notes,
+            "warnings": loaded.warnings(), "differs_from_its_row": differing}))
         return
     if start:
         status(start.begin.sentence())
@@ -126,6 +143,7 @@ def run(
 
 def _continued(begin, settings, seed, duration, consent, wanted, others):
     """What goes on where a recorded run stood."""
+    from flight_graph.graphs.overrides import parse_settings
     from flight_graph.recordings.continuation import continued
     if others:
         raise FlightError("--params and --case are of a scenario's file; with --from, --set says what a branch changes")
@@ -133,6 +151,22 @@ def _continued(begin, settings, seed, duration, consent, wanted, others):
     with steps(f"to {begin}", wanted) as advance:
         return continued(begin, given, duration, consent, lambda seconds: advance(seconds, None, "s simulated"),
                          lambda done, total, names: advance(done, total, f"compiling {names} (once; it is kept)"))
+
+
+def _units(scenario, metrics) -> dict:
+    """The units of metrics that have one."""
+    from flight_graph.graphs import glossary
+    known = glossary.of(scenario)
+    return {name: known.entry(name).unit for name in metrics if known.entry(name).unit}
+
+
+def _campaign(folder, case, given, consent):
+    """The campaign in a folder and its scenario, for a run of one of its cases."""
+    from flight_graph.campaigns import opening
+    if case is None:
+        raise FlightError(f"{folder} is the folder of a campaign: --case says which of its runs is meant")
+    opening.refuse_what_is_fixed(given)
+    return opening.existing(Path(folder), None, consent)
 
 
 def _case(scenario, number) -> str:
@@ -174,35 +208,7 @@ def node(
     raise typer.Exit(main(package, arguments[0], arguments[1:]))
 
 
-def parse_settings(settings) -> dict:
-    """``--set KEY=VALUE`` pairs as a dictionary; values are YAML."""
-    parsed = {}
-    for text in settings or []:
-        key, equals, value = text.partition("=")
-        if not equals or not key:
-            raise FlightError(f"--set {text}: write COMPONENT.PARAM=VALUE")
-        try:
-            parsed[key] = yaml_text.parse(value, "")
-        except FlightError:
-            raise FlightError(f"--set {short(text)}: '{short(value)}' is no value") from None
-    return parsed
-
-
 def overrides(scenario, settings, params=None, seed=None, duration=None, consent=None) -> dict:
     """What the options of a command set in a scenario, by key. consent: as for `scenario.load`; None: to everything."""
-    found = {}
-    if params:
-        from flight_graph.components import parameter_file
-        from flight_graph.graphs import scenario as scenarios
-        data, _, folder = scenarios.read(scenario, **({"consent": consent} if consent else {}))
-        for path in params:
-            values, remarks = parameter_file.overrides(path, data["components"], folder)
-            found.update(values)
-            for remark in remarks:
-                status(f"warning: {remark}; this section is left out")
-    found.update(parse_settings(settings))
-    if seed is not None:
-        found["seed"] = seed
-    if duration is not None:
-        found["duration_s"] = duration
-    return found
+    from flight_graph.graphs import overrides as given
+    return given.overrides(scenario, settings, params, seed, duration, consent, tell=status)

@@ -109,18 +109,24 @@ def add(table: Table, *cells) -> None:
 
 
 def metrics_table(scenario, outcome) -> Table:
-    """The metrics of a run."""
-    table = Table("metric", "value", title=f"{scenario.name} ({outcome.engine}, {scenario.duration_ns / 1e9:g} s "
-                  f"in {outcome.wall_s:.3g} s)", title_justify="left")
+    """The metrics of a run, with units and meanings; of one that the run does not have, why."""
+    from flight_graph.graphs import glossary
+    known = glossary.of(scenario)
+    table = Table("metric", "value", "unit", "meaning", title=f"{scenario.name} ({outcome.engine}, "
+                  f"{scenario.duration_ns / 1e9:g} s in {outcome.wall_s:.3g} s)", title_justify="left")
     for name, value in outcome.metrics.items():
-        add(table, name, "none" if value is None and not name.endswith("_s") else number(value))  # a time: never
+        entry = known.entry(name)
+        why = f" - none: {entry.missing}" if value is None and entry.missing else ""
+        add(table, name, number(value), entry.unit, f"{entry.meaning}{why}")
     return table
 
 
 def number(value) -> str:
-    """A metric for a person."""
+    """A metric for a person; one that is missing is none."""
     if value is None:
-        return "never"
+        return "none"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 

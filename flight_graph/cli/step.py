@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from flight_graph.cli.scenarios import CheckBounds, Settings, parse_settings, prepare_engine
+from flight_graph.cli.scenarios import CheckBounds, Settings, prepare_engine
 from flight_graph.cli.show import console, status, steps
 from flight_graph.cli.trust import Trust, asked
 from flight_graph.errors import FlightError
@@ -34,6 +34,7 @@ def step(
     if engine not in ("compiled", "python"):
         raise FlightError(f"--engine {engine}: a run is stepped through by the compiled engine, or in plain Python")
     prepare_engine(engine)
+    from flight_graph.graphs.overrides import parse_settings
     from flight_graph.stepping.debugger import Debugger
     from flight_graph.stepping.stepper import Stepper
     interactive = not commands and sys.stdin.isatty() and sys.stdout.isatty()

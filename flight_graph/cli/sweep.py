@@ -1,85 +1,172 @@
-"""flight sweep: many runs of a scenario, one row of a table for each."""
+"""flight sweep: a campaign of many runs of a scenario, in a folder."""
 
 import json
 import time
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from flight_graph.cli.scenarios import Json, Params, Settings, overrides
-from flight_graph.cli.show import add, console, number, steps
+from flight_graph.cli.show import add, console, number, status, steps
 from flight_graph.cli.trust import Trust, asked
 from flight_graph.errors import FlightError
 
 SHOWN_FAILURES = 5
+_DASK = "dask:"
+
+
+@dataclass(frozen=True)
+class Where:
+    """Who runs the chunks: threads, processes, or a Dask scheduler's workers; exactly one of them, or none (threads)."""
+
+    workers: int | None = None
+    processes: int | None = None
+    on: str | None = None
+
+    def __post_init__(self):
+        given = [name for name, value in (("--workers", self.workers), ("--processes", self.processes), ("--on", self.on))
+                 if value is not None]
+        if len(given) > 1:
+            raise FlightError(f"{' and '.join(given)}: allowed: one of them")
+        if self.on is not None and not self.on.startswith(_DASK):
+            raise FlightError(f"--on {self.on}: allowed: dask:ADDRESS, such as dask:tcp://host:8786")
+
+    def pool(self, manifest, scenario):
+        """The pool of a campaign."""
+        import os
+
+        from flight_graph.campaigns import workers
+        if self.on is not None:
+            from flight_graph.campaigns.dask_workers import DaskWorkers
+            return DaskWorkers(manifest, self.on.removeprefix(_DASK))
+        if self.processes is not None:
+            return workers.Processes(manifest, self.processes)
+        return workers.Threads(manifest, scenario, self.workers or os.cpu_count() or 1)
 
 
 def register(app: typer.Typer) -> None:
-    app.command(epilog="Example: flight sweep my_scenario.yaml --runs 1000 --jobs 2 --out sweeps/first")(sweep)
+    app.command(epilog="Example: flight sweep cubli_asteroid --vary plant.mass=normal:2,0.04 --runs 1000 --out mass")(
+        sweep)
 
 
 def sweep(
-    scenario: Annotated[str, typer.Argument(help="A scenario's name, or a YAML file, with a 'vary' block.")],
-    runs: Annotated[int | None, typer.Option(help="Runs in all; as the scenario says when left out.")] = None,
-    jobs: Annotated[int | None, typer.Option(min=1, max=256, help="Threads; one a core when left out.")] = None,
+    scenario: Annotated[str, typer.Argument(
+        help="A scenario's name, or a YAML file, with a 'vary' block (or --vary); or the folder of a campaign.")],
+    runs: Annotated[int | None, typer.Option(
+        help="Runs in all; as the scenario says when left out. Of a campaign's folder: extend it.")] = None,
+    vary: Annotated[list[str] | None, typer.Option(
+        metavar="KEY=VALUES", help="Vary plant.mass=normal:2,0.04 or c.gain=0.01:0.05:9 or ...; may be repeated.")] = None,
+    workers: Annotated[int | None, typer.Option(min=1, max=256, help="Threads; one a core when left out.")] = None,
+    processes: Annotated[int | None, typer.Option(min=1, max=256, help="Processes in place of threads.")] = None,
+    on: Annotated[str | None, typer.Option(metavar="dask:ADDRESS", help="The workers of a Dask scheduler.")] = None,
     settings: Settings = None,
     params: Params = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of the draws.")] = None,
+    sampling: Annotated[str | None, typer.Option(
+        metavar="PLAN", help="Of the draws: independent, latin_hypercube:BLOCK, sobol or saltelli.")] = None,
     duration: Annotated[float | None, typer.Option(help="Simulated seconds of each run.")] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder of the table (a new one, except with --resume).")] = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Continue the sweep in --out.")] = False,
+    out: Annotated[Path | None, typer.Option(help="The campaign's folder (a new one, except with --resume).")] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with the campaign that is there.")] = False,
+    plan: Annotated[bool, typer.Option("--plan", help="Make the folder, and run nothing: job arrays do.")] = False,
+    chunk: Annotated[str | None, typer.Option(
+        metavar="N|N-M", help="Run these chunks of a campaign's folder and end: one task of a job array.")] = None,
+    chunk_size: Annotated[int | None, typer.Option(help="Runs in a chunk; by itself some dozens of chunks.")] = None,
     figure: Annotated[Path | None, typer.Option(
         help="Draw the table of faults and monitors into this PNG (of a scenario that has them).")] = None,
     trust: Trust = False,
     as_json: Json = False,
 ) -> None:
-    """Run all cases of a scenario's 'vary' block; one row of a parquet table for each run.
+    """Run all cases of what a scenario varies into a folder: a row for each run, the same wherever it ran.
 
-    Any row is run again to a full bag, bit for bit the same, by its number: flight run SCENARIO --case K.
+    A campaign that was ended by anything goes on with --resume. A case is run again to a full bag, bit for bit the same, by
+    its number: flight run FOLDER --case K.
     """
     from flight_graph import runs as one_run
+    from flight_graph.campaigns import opening
+    from flight_graph.sampling.specifications import Besides
+    where, consent = Where(workers, processes, on), asked(trust)
+    if opening.is_folder(scenario):
+        opening.refuse_what_is_fixed({
+            "--vary": vary, "--set": settings, "--params": params, "--seed": seed, "--sampling": sampling,
+            "--duration": duration, "--out": out, "--chunk-size": chunk_size, "--plan": plan or None})
+        campaign, loaded = opening.existing(Path(scenario), runs, consent)
+        if chunk is None and not resume and runs is None:
+            raise FlightError(f"{scenario} is a campaign already: --resume goes on with it, --runs extends it, --chunk "
+                              "runs chunks of it")
+    else:
+        if chunk is not None:
+            raise FlightError("--chunk: name the folder of a campaign; flight sweep SCENARIO --out DIR --plan makes one")
+        if resume and out is None:
+            raise FlightError("--resume: name the campaign's folder (flight sweep FOLDER --resume), or give it with --out")
+        given = overrides(scenario, settings, params, None, duration, consent)
+        campaign, loaded = opening.of_scenario(
+            scenario, given, Besides(tuple(vary or ()), seed, sampling), runs, chunk_size,
+            lambda checked: out if resume else one_run.new_folder(out, checked, "sweep"), resume, consent)
+    if plan:
+        _planned(campaign, as_json)
+    elif chunk is not None:
+        _some(campaign, loaded, chunk, resume, as_json)
+    else:
+        _all(campaign, loaded, where, figure, as_json)
+
+
+def _planned(campaign, as_json):
+    manifest = campaign.manifest
+    if as_json:
+        print(json.dumps({"campaign": str(campaign.path), "runs": manifest.runs, "chunks": len(manifest.chunks),
+                          "chunk_size": manifest.chunk}))
+        return
+    status(f"{manifest.runs} runs in {len(manifest.chunks)} chunks of {manifest.chunk}: flight sweep {campaign.path} "
+           f"--chunk 0 to {len(manifest.chunks) - 1}")
+    print(campaign.path)
+
+
+def _some(campaign, scenario, text, resume, as_json):
+    from flight_graph.campaigns import opening
+    done = opening.run_chunks(campaign, scenario, opening.chunk_numbers(text, campaign.manifest), resume, status)
+    if as_json:
+        print(json.dumps({"campaign": str(campaign.path), "chunks": done}))
+        return
+    for row in done:
+        print(f"{row['part']}: {row['outcome']}")
+
+
+def _all(campaign, scenario, where, figure, as_json):
     from flight_graph.bags.errors import quoted
-    from flight_graph.graphs import scenario as scenarios
-    from flight_graph.sweeps import sweep as sweeps
-    from flight_graph.sweeps.fault_table import draw, fault_rows
-    consent = asked(trust)
-    given = overrides(scenario, settings, params, None, duration, consent)
-    prepared = sweeps.Sweep(scenarios.load(scenario, given, consent=consent), given)
-    prepared.cases(runs)
-    if resume and out is None:
-        raise FlightError("--resume: name the sweep's folder with --out")
-    folder = out if resume else one_run.new_folder(out, prepared.scenario, "sweep")
+    from flight_graph.campaigns import opening
+    from flight_graph.campaigns.fault_table import draw, fault_rows
+    from flight_graph.campaigns.summary import ends, summary
     began = time.perf_counter()
-    with steps(f"sweep of {prepared.scenario.name}", not as_json) as advance:
+    with steps(f"campaign of {campaign.manifest.name}", not as_json) as advance:
         try:
-            rows = sweeps.run_sweep(prepared, folder, runs, jobs, resume,
-                                    lambda done, total: advance(done, total, "runs"))
+            campaign = opening.fill(campaign, scenario, where.pool,
+                                    lambda done, total: advance(done, total, "runs"), status)
         except KeyboardInterrupt:
-            kept = (f"the runs up to here are in {folder / sweeps.TABLE}" if (folder / sweeps.TABLE).exists()
-                    else "no run had ended")
-            raise FlightError(f"interrupted; {kept}; continue with --resume --out {quoted(folder)}") from None
+            raise FlightError(f"interrupted; every chunk that was done is in {quoted(campaign.path)}; go on with: flight "
+                              f"sweep {quoted(campaign.path)} --resume") from None
     wall_s = time.perf_counter() - began
-    failed = [row for row in rows if row.status != "ok"]
-    found, faults = statistics(rows), fault_rows(rows)
+    found, (counted, failed), faults = summary(campaign), ends(campaign), fault_rows(campaign.rows())
     if figure is not None:
         if not faults:
-            raise FlightError(f"--figure {figure}: {prepared.scenario.name} has no monitors, so there is no such table")
+            raise FlightError(f"--figure {figure}: {campaign.manifest.name} has no monitors, so there is no such table")
         draw(faults, figure)
+    total, ended = sum(counted.values()), campaign.manifest.ended
     if as_json:
         print(json.dumps({
-            "scenario": prepared.scenario.name, "table": str(folder / sweeps.TABLE), "runs": len(rows),
-            "ok": len(rows) - len(failed), "wall_s": wall_s, "metrics": found,
-            "faults": [row.plain() for row in faults],
-            "failed": [{"case": row.case, "status": row.status, "sentence": row.sentence} for row in failed]}))
+            "scenario": campaign.manifest.name, "campaign": str(campaign.path), "runs": total, "ok": counted.get("ok", 0),
+            "ends": counted, "wall_s": wall_s, "metrics": found, "faults": [row.plain() for row in faults],
+            "failed": failed, "ended": ended}))
         return
-    console.print(_table(prepared.scenario.name, found, len(rows), wall_s))
+    console.print(_table(campaign.manifest.name, found, total, wall_s))
     if faults:
         console.print(_fault_table(faults))
     for row in failed[:SHOWN_FAILURES]:
-        console.print(f"case {row.case} ({row.status}): {row.sentence}", markup=False)
-    if failed:
-        console.print(f"{len(failed)} of {len(rows)} runs did not end well; the table's column 'sentence' says why")
-    print(folder / sweeps.TABLE)
+        console.print(f"case {row['case']} ({row['status']}): {row['sentence']}", markup=False)
+    if bad := total - counted.get("ok", 0):
+        console.print(f"{bad} of {total} runs did not end well; the table's column 'sentence' says why")
+    print(campaign.path)
     if figure is not None:
         print(figure)
 
@@ -99,30 +186,12 @@ def _counted(counter) -> str:
     return ", ".join(f"{name} {count}" for name, count in counter.most_common())
 
 
-def statistics(rows) -> dict:
-    """Of each metric: least, median and largest value, the cases of the ends, and in how many runs it has none."""
-    found = {}
-    good = [row for row in rows if row.status == "ok"]
-    for name in dict.fromkeys(name for row in good for name in row.metrics):
-        values = [(row.metrics.get(name), row.case) for row in good]
-        numbers = sorted((float(value), case) for value, case in values if isinstance(value, (int, float)))
-        if numbers:
-            middle = len(numbers) // 2
-            median = numbers[middle][0] if len(numbers) % 2 else 0.5 * (numbers[middle - 1][0] + numbers[middle][0])
-            found[name] = {"least": numbers[0][0], "least_case": numbers[0][1], "median": median,
-                           "largest": numbers[-1][0], "largest_case": numbers[-1][1],
-                           "without": len(values) - len(numbers)}
-        else:
-            found[name] = {"without": len(values)}
-    return found
-
-
 def _table(name, found, runs, wall_s):
     from rich.table import Table
-    table = Table("metric", "least", "case", "median", "largest", "case", "never in",
+    table = Table("metric", "least", "case", "median", "largest", "case", "none in", "no number in",
                   title=f"{name}: {runs} runs in {wall_s:.3g} s", title_justify="left")
     for metric, row in found.items():
         cells = [number(row[key]) if key in row else "-"
                  for key in ("least", "least_case", "median", "largest", "largest_case")]
-        add(table, metric, *cells, row["without"] or "")
+        add(table, metric, *cells, row["missing"] or "", row["not_a_number"] or "")
     return table

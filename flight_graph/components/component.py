@@ -52,7 +52,7 @@ class Formatted:
     """A message without a fixed layout, made from an output's record by one function for every engine.
 
     function(record) takes the output's record (fields by attribute) and returns the message as an object of the type store
-    (msg_schemas.definitions.TYPESTORE).
+    (msg_schemas.definitions.TYPESTORE). once: it is said at the start of a run alone; its role is LATCHED then.
     """
 
     topic: str
@@ -60,6 +60,7 @@ class Formatted:
     port: str
     function: Callable
     role: Role = Role.DIAGNOSTICS
+    once: bool = False
 
 
 class Component:

@@ -6,6 +6,7 @@ import importlib.util
 import os
 import re
 import sys
+import threading
 from pathlib import Path
 from types import ModuleType
 
@@ -23,9 +24,16 @@ class _Source(importlib.machinery.SourceFileLoader):
         return self.source_to_code(importlib.util.decode_source(self.get_data(self.path)), self.path)
 
 
+_loading = threading.RLock()  # a module stands among the others before it is whole
+
+
 def load(source: str):
     """The module of a Python file. Raises FlightError."""
-    path = Path(source).resolve()
+    with _loading:
+        return _loaded(Path(source).resolve())
+
+
+def _loaded(path):
     if not os.path.isfile(path):
         raise FlightError(f"there is no file '{path}'")
     for module in list(sys.modules.values()):

@@ -27,20 +27,33 @@ def call(component, name: str, *arguments):
 def resolved(component, values: dict, where: str, folder: Path | None) -> dict:
     """The values that a run uses, in plain form: `Component.resolve`, then `Component.check`. Raises FlightError.
 
-    where: what error texts call them; folder: where a relative file name starts.
+    values: checked ones, in plain form. where: what error texts call them; folder: where a relative file name starts.
     """
+    found = _given_by_resolve(component, values, where, folder) if _defines(component, "resolve") else values
+    if _defines(component, "check"):
+        call(component, "check", found, where.removesuffix(".parameters"))
+    return found
+
+
+def _given_by_resolve(component, values, where, folder):
     found = call(component, "resolve", values, where, folder)
-    path, line = declaration(component, "resolve")
-    place = f"{shown(path)}:{line}: {component.__name__}.resolve: "
     if not isinstance(found, dict):
-        raise ComponentMistake(f"{place}it returns {found!r}; it returns the values to run with: {{**values, ...}}")
+        raise _mistake(component, f"it returns {found!r}; it returns the values to run with: {{**values, ...}}")
     for name in found:
         if name not in component.parameters.entries:
-            raise ComponentMistake(f"{place}it returns a parameter '{name}' that there is not; "
-                              f"{nearest(str(name), component.parameters.entries)}")
+            raise _mistake(component, f"it returns a parameter '{name}' that there is not; "
+                                      f"{nearest(str(name), component.parameters.entries)}")
     missing = [name for name in component.parameters.entries if name not in found]
     if missing:
-        raise ComponentMistake(f"{place}it leaves out {', '.join(missing)}; it returns all values: {{**values, ...}}")
-    found = component.parameters.validate(found, where)  # NumPy's numbers and arrays as plain ones, and within their ranges
-    call(component, "check", found, where.removesuffix(".parameters"))
-    return found
+        raise _mistake(component, f"it leaves out {', '.join(missing)}; it returns all values: {{**values, ...}}")
+    return component.parameters.validate(found, where)  # NumPy's numbers and arrays as plain ones, within their ranges
+
+
+def _defines(component, name) -> bool:
+    """Whether a component has a method of this name besides that of all."""
+    return any(name in vars(cls) for cls in component.__mro__ if cls.__module__ != "flight_graph.components.component")
+
+
+def _mistake(component, what) -> ComponentMistake:
+    path, line = declaration(component, "resolve")
+    return ComponentMistake(f"{shown(path)}:{line}: {component.__name__}.resolve: {what}")

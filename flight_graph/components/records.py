@@ -10,6 +10,7 @@ An annotation is ``float``, ``int``, ``bool``, a ``Choice``, a kind of value (``
 kernel's record does not carry.
 """
 
+import copy
 import sys
 from dataclasses import dataclass
 from functools import cache
@@ -211,13 +212,15 @@ class Record:
     @classmethod
     def defaults(cls) -> dict:
         """The declared defaults, as a scenario file writes them."""
-        found = {}
-        for name, entry in cls.entries.items():
-            try:
-                found[name] = entry.plain(np.asarray(entry.validate(entry.default, "the default")))
-            except FlightError as error:
-                refuse(cls, name, str(error))
-        return found
+        if "_defaults" not in cls.__dict__:
+            found = {}
+            for name, entry in cls.entries.items():
+                try:
+                    found[name] = entry.plain(np.asarray(entry.validate(entry.default, "the default")))
+                except FlightError as error:
+                    refuse(cls, name, str(error))
+            cls._defaults = found
+        return copy.deepcopy(cls._defaults)
 
     @classmethod
     def validate(cls, values: dict, where: str) -> dict:

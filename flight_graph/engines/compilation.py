@@ -153,8 +153,8 @@ class _Worker:
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path),
                        "NUMBA_DISABLE_JIT": "0"}
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "flight_graph.engines.compiler"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-            encoding="utf-8", env=environment)
+            [sys.executable, "-P", "-m", "flight_graph.engines.compiler", str(os.getpid())], stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE, encoding="utf-8", env=environment)
         threading.Thread(target=self._feed, daemon=True).start()
 
     def _feed(self):

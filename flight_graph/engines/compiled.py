@@ -67,13 +67,21 @@ class Recording:
 class CompiledRun:
     """One run of a scenario. `compile` makes the machine code ready, `run` fills the recording.
 
-    plan: what goes into the log, see `Schedule.of`; by default what the scenario records.
+    plan: (node, port) -> every how manieth message is logged; as the scenario says when left out. like: a compiled run of
+    the same components.
     """
 
-    def __init__(self, scenario: Scenario, check_bounds: bool = False, plan: dict | None = None):
+    def __init__(self, scenario: Scenario, check_bounds: bool = False, plan: dict | None = None,
+                 like: "CompiledRun | None" = None):
         self.scenario, self.graph, self.check_bounds = scenario, scenario.graph, check_bounds
         self.schedule = Schedule.of(self.graph, scenario.recorded() if plan is None else plan, scenario.faults)
-        self._codes = self.shape = None
+        self._codes = None if like is None else like._codes
+        self.shape = None  # of its checkpoints, once it is asked for
+
+    @property
+    def ticks(self) -> int:
+        """Ticks of the whole run."""
+        return self.scenario.ticks
 
     @property
     def components(self) -> dict:
@@ -96,15 +104,20 @@ class CompiledRun:
         return time.perf_counter() - began
 
     def start(self, ticks: int, logs: dict | None = None, begin: Checkpoint | None = None, kind: type | None = None):
-        """A `Flight` with memory for so many ticks: every component started, or as it stood at a checkpoint.
+        """A `Flight` in fresh memory for so many ticks: every component started, or as it stood at a checkpoint.
 
         kind: of flight. Raises FlightError where the checkpoint is of another graph.
         """
-        self._refuse_too_long(ticks)
+        self.refuse_too_long_a_run(ticks)
         self.compile()
         return (kind or Flight)(self, self.schedule.memory(ticks, logs), self._codes, begin)
 
-    def _refuse_too_long(self, ticks: int, keeping: bool = False):
+    def flight(self, arrays: dict) -> "Flight":
+        """A flight in this memory, with every component started."""
+        return Flight(self, arrays, self._codes)
+
+    def refuse_too_long_a_run(self, ticks: int, keeping: bool = False) -> None:
+        """Refuse a run whose log (and checkpoints, where it keeps them) does not fit into memory. Raises FlightError."""
         size = self.schedule.log_bytes(ticks)
         if keeping and self.scenario.checkpoint_period_ns:
             kept = sum(array.nbytes for name, array in self.schedule.memory(0).items() if checkpoint.is_kept(name))
@@ -121,9 +134,9 @@ class CompiledRun:
         overwritten. compiling: as the progress of `compile`. begin: where the run begins, if not at t = 0; keeping: whether
         the checkpoints that the scenario asks for are kept.
         """
-        first, ticks = begin.tick if begin else 0, self.scenario.ticks
+        first, ticks = begin.tick if begin else 0, self.ticks
         if logs is None or not logs:
-            self._refuse_too_long(max(ticks - first, 0), keeping)
+            self.refuse_too_long_a_run(max(ticks - first, 0), keeping)
         compile_s = self.compile(compiling)
         began = time.perf_counter()
         flight = self.start(max(ticks - first, 0), logs, begin)
@@ -182,6 +195,15 @@ class Flight:
     def checkpoint(self) -> Checkpoint:
         """The memory as it is now, before the next tick."""
         return Checkpoint.of(self._tick, self.shape, self.arrays)
+
+    def begin_again(self, contents: dict[str, np.ndarray]) -> None:
+        """Start anew in the same memory, with these contents of the arrays: all of them, but for logs."""
+        for name, content in contents.items():
+            self.arrays[name].view(np.uint8)[...] = content.view(np.uint8)
+        self._tables.rewind()
+        self._control["tick"] = self._control["stop"] = self._control["who"] = self._tick = 0
+        self.stop = None
+        self._start()
 
     @property
     def tick(self) -> int:
@@ -267,6 +289,12 @@ class Flight:
         errors = self._codes[name][part].errors if self._codes else None
         sentence = stop_sentence(name, part, component, code, records, self._seconds(), errors)
         self.stop = RunStopped(sentence, REASONS[code], self._tick * self._graph.base_ns)
+
+    def logged(self) -> dict[str, np.ndarray]:
+        """topic -> its records so far."""
+        counts = self._tables.logged()
+        return {made.signal.topic: self.arrays[made.log][:counts[made.log]] for firing in self._schedule.firings
+                for made in firing.publications if made.log is not None}
 
     def tracks(self) -> list[Track]:
         """What was logged so far."""

@@ -1,6 +1,6 @@
 """The process that compiles: jobs come in on standard input, object code goes into the cache folder.
 
-    python -P -m flight_graph.engines.compiler
+    python -P -m flight_graph.engines.compiler [PROCESS ID OF WHO ASKS]
 
 One JSON object a line. A job: {"use": a component's name, "part":, "key":, "check_bounds":}, {"driver": key}, or {"kept": a
 kernel over arrays, "key":}. An answer to each, in order: {"seconds":} or {"refused": a sentence} or {"error": a text}.
@@ -18,6 +18,7 @@ import numba
 
 from flight_graph.components import registry
 from flight_graph.engines import cache, driver, object_code, part_calls, parts
+from flight_graph.engines.child_process import die_with_parent
 from flight_graph.engines.compile_errors import translated
 from flight_graph.errors import FlightError
 
@@ -81,6 +82,7 @@ def answer(job: dict) -> dict:
 
 def main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that asked ends this one
+    die_with_parent(int(sys.argv[1]) if len(sys.argv) > 1 else None, signal.SIGKILL)
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)  # what components print does not go among the answers
     object_code.install()

@@ -264,6 +264,7 @@ class Tables:
                          self.faults.own(firing), start.address if start else 0))
             record, output = record + 8 * len(firing.records), after
         self.firings = np.array(rows, FIRING)
+        self._begin = [(table, table.copy()) for table in (self.holds, self.outputs, self.firings)]
 
     def _output(self, made, runs, runs_end):
         def place(name):
@@ -290,6 +291,11 @@ class Tables:
             table = getattr(self, name)
             control[name], control[f"{name}_end"] = address(table), address(table) + table.nbytes
         return control
+
+    def rewind(self) -> None:
+        """As before the first tick; faults remember what they remember."""
+        for rows, begin in self._begin:
+            rows[...] = begin
 
     def start(self, node: str, parameters: np.ndarray, state: np.ndarray) -> None:
         """Run the start of a node."""

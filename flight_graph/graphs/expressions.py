@@ -8,6 +8,7 @@ the other component's final values; the bag carries the number.
 import ast
 import math
 import operator
+from functools import lru_cache
 
 from flight_graph.errors import FlightError, unknown
 from flight_graph.syntax import parse
@@ -57,6 +58,7 @@ def evaluate(text: str, components: dict[str, dict], where: str):
         raise FlightError(f"{where}: '{short(text)}' has no value: {short(str(error))}") from None
 
 
+@lru_cache(1000)
 def _parsed(text, where):
     try:
         if len(text) > LONGEST:

@@ -1,22 +1,26 @@
-"""How well a run's monitors met its faults: detection, isolation, false alarms, recovery, the mode at the end.
-
-=========================== ==========================================================================================
-fault_onset_s               when the first fault became active; none: never
-fault_detected              whether an actionpoint acted from then on; none without a fault
-fault_detection_delay_s     from the onset to the first such act, which was of the actionpoint ``fault_detected_by``
-fault_isolated              whether the first actionpoint that acted and blames units blames one that failed; none: none did
-false_alarms                acts before any fault, or in a run without one
-fault_recovery_s            from the onset to the last time that a watchpoint held; none: one still holds at the end
-final_mode, mode_changes    of the mode manager
-=========================== ==========================================================================================
-"""
+"""How well a run's monitors met its faults: detection, isolation, false alarms, recovery, the mode at the end."""
 
 import numpy as np
 
 from flight_graph.faults.report import MONITORS, REPORT
+from flight_graph.graphs.metric_entry import flag, number, word
 from flight_graph.timebase import SECOND
 
 MODE = "mode"  # the output of a mode manager
+METRICS = (
+    number("fault_onset_s", "s", "when the first fault became active", missing="no fault became active"),
+    flag("fault_detected", "an actionpoint acted from the onset on"),
+    number("fault_detection_delay_s", "s", "from the onset to the first act of an actionpoint", missing="none acted",
+           headline=True),
+    word("fault_detected_by", "the actionpoint of that first act", missing="none acted"),
+    flag("fault_isolated", "the first actionpoint that acted and blames units blames one that failed",
+         missing="none that blames a unit acted"),
+    number("false_alarms", "1", "acts before any fault, or in a run without one"),
+    number("fault_recovery_s", "s", "from the onset to the last time that a watchpoint held",
+           missing="a watchpoint still holds at the end"),
+    word("final_mode", "mode of the mode manager at the end"),
+    number("mode_changes", "1", "changes of mode"),
+)
 
 
 def scores(scenario, signals) -> dict:

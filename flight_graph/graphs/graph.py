@@ -180,4 +180,4 @@ class Graph:
                 f"(connect: {{{names[1]}.<input>: {{from: {names[0]}.<output>, delay: 1}}}})")
 
 
-_SHARED = ("diagnostics", "tf")  # topics that many nodes publish by convention
+_SHARED = ("diagnostics", "tf", "tf_static")  # topics that many nodes publish by convention

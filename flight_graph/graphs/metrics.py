@@ -7,17 +7,22 @@ from pathlib import Path
 
 from flight_graph.components import functions
 from flight_graph.errors import FlightError
-from flight_graph.graphs import fault_scores
+from flight_graph.graphs import fault_scores, measures
 from flight_graph.graphs.scenario import Scenario
 
 
-def compute(scenario: Scenario, signals) -> dict:
-    """Return the metrics of a run by name, in plain types: those of the scenario's function, if it names one, and the
-    scores of its faults and monitors (`flight_graph.graphs.fault_scores`).
+def compute(scenario: Scenario, signals, finite: bool = True) -> dict:
+    """Return the metrics of a run by name, in plain types: those of the scenario's function, if it names one, its
+    measures, and the scores of its faults and monitors (`flight_graph.graphs.fault_scores`).
 
-    signals: a mapping topic -> structured array (a Recording, or a bag's signals).
+    signals: a mapping topic -> structured array (a Recording, or a bag's signals). A metric that this run does not have is
+    None; units and meanings: `flight_graph.graphs.glossary`. finite: NaN and infinity, which are no numbers either, become
+    None, as JSON has neither.
     """
-    function, scored = of(scenario), fault_scores.scores(scenario, signals)
+    function = of(scenario)
+    measured = {name: _plain(value, f"{scenario.origin}: measures.{name}", finite)
+                for name, value in measures.compute(scenario.measures, scenario, signals).items()}
+    scored = fault_scores.scores(scenario, signals) | measured
     if function is None:
         return scored
     with told(f"{scenario.origin}: metrics: '{scenario.file.metrics}'"):
@@ -25,7 +30,10 @@ def compute(scenario: Scenario, signals) -> dict:
     if not isinstance(found, dict):
         raise FlightError(f"{scenario.origin}: metrics: '{scenario.file.metrics}' gives {type(found).__name__}; needed is "
                           "a dictionary: name -> number")
-    return scored | {str(name): _plain(value, f"{scenario.origin}: metrics: '{scenario.file.metrics}' gives {name}")
+    if twice := sorted(set(map(str, found)) & set(measured)):
+        raise FlightError(f"{scenario.origin}: measures.{twice[0]}: '{scenario.file.metrics}' gives a number of this name "
+                          "too")
+    return scored | {str(name): _plain(value, f"{scenario.origin}: metrics: '{scenario.file.metrics}' gives {name}", finite)
                      for name, value in found.items()}
 
 
@@ -59,10 +67,10 @@ def load(name: str, where: str = "metrics", folder=None):
     return functions.load(name, where, folder)
 
 
-def _plain(value, where):
+def _plain(value, where, finite):
     value = value.item() if hasattr(value, "item") and getattr(value, "size", 1) == 1 else value
     if value is not None and not isinstance(value, (bool, int, float, str)):
         raise FlightError(f"{where}: {type(value).__name__} is not allowed; allowed: a number, a text, true or false, None")
-    if isinstance(value, float) and not math.isfinite(value):
-        return None  # "never": JSON has no NaN
+    if finite and isinstance(value, float) and not math.isfinite(value):
+        return None
     return value

@@ -35,8 +35,9 @@ def _varied(vary):
     """Yield (key, value) of all fixed values of a ``vary`` block."""
     for entry in _list(vary.get("cases")):
         yield from _mapping(entry).items()
-    for key, values in _mapping(vary.get("grid")).items():
-        yield from ((key, value) for value in _list(values))
+    for block in ("grid", "one_at_a_time"):
+        for key, values in _mapping(vary.get(block)).items():
+            yield from ((key, value) for value in _list(values))
     for key, drawn in _mapping(vary.get("random")).items():
         yield from ((key, value) for value in _list(_mapping(drawn).get("choice")))
 

@@ -29,7 +29,7 @@ from flight_graph.components.foreign import Consent, agree
 from flight_graph.errors import FlightError, unknown
 from flight_graph.faults import fault_file, report
 from flight_graph.faults.fault_set import FaultSet
-from flight_graph.graphs import events, expressions
+from flight_graph.graphs import events, expressions, measures
 from flight_graph.graphs.graph import Edge, Graph, Node
 from flight_graph.graphs.named_code import foreign_code
 from flight_graph.graphs.scenario_file import EdgeEntry, ScenarioFile
@@ -82,6 +82,7 @@ class Scenario:
         self.faults = FaultSet(entries, self.graph.nodes, self.seed, f"{origin}: faults", monitors, self.epoch_ns,
                                bool(self.live_ids), changes)
         self._check_recorded_topics()
+        self.measures = measures.read(self.file.measures or {}, self.graph.nodes, f"{origin}: measures")
         self.vary = None
         if self.file.vary is not None:
             self.vary = Vary(self.file.vary, origin, folder)

@@ -103,10 +103,12 @@ class ScenarioFile(_Strict):
         "limits that flight software watches, and what it does when they are passed; see faults.md"))
     watchdog: WatchdogEntry | None = Field(None, description="in realtime: what is done about nodes that end or hang")
     metrics: str | None = Field(None, description="`module:function` or `file.py:function` of the run's numbers")
+    measures: dict[str, dict[str, Any]] | None = Field(None, max_length=1000, description=(
+        "numbers that the messages are reduced to, without a function; see campaigns.md"))
     figure: str | None = Field(None, description="`module:function` or `file.py:function` that draws the run")
     paper: str | None = Field(None, description="folder in `papers/` whose claims the bag carries")
     only: EngineLimit | None = Field(None, description="the one engine that can run it, and why")
-    vary: dict[str, Any] | None = Field(None, description="what `flight sweep` varies; see sweeps.md")
+    vary: dict[str, Any] | None = Field(None, description="what `flight sweep` varies; see campaigns.md")
 
     @classmethod
     def read(cls, data: dict, origin: str) -> "ScenarioFile":

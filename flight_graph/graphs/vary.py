@@ -11,34 +11,41 @@
         plant.initial_angles: {uniform: [-0.3, 0.3], size: 3}
         plant.mass: {normal: [2.0, 0.04]}
         seed: {count: 20201}
+      correlated:                              # drawn together, by a covariance
+        - {keys: [plant.length, plant.width], mean: [0.3, 0.2], covariance: [[1.0e-4, 5.0e-5], [5.0e-5, 1.0e-4]]}
       runs: 200                                # draws for each combination of cases and grid
       seed: 7                                  # of the draws
+      sampling: independent                    # where they lie, see `flight_graph.sampling.plan`
+      until: {metric: landed, half_width: 0.01}   # enough runs, see `flight_graph.statistics.stopping`
 
+Besides ``grid`` there are ``fraction`` (some of its points) and ``one_at_a_time``: `flight_graph.sampling.combinations`.
 A key is ``component.parameter``, ``component.rate_hz``, ``component.use``, ``faults.ID.key``, ``seed`` or ``duration_s``.
-The combinations (cases outermost, last key of the grid innermost) are numbered first: case K is combination K mod C with
-draw K div C. A draw is a pure function of (seed, key, draw number), so case K has the same values whatever ran before it
-and however many runs there are, and all combinations meet the same draws.
+The combinations (cases outermost, one value at a time innermost) are numbered first: case K is combination K mod C with
+draw K div C. A draw is a pure function of (plan, seed, key, draw number), so case K has the same values whatever ran
+before it and however many runs there are, and all combinations meet the same draws.
 """
 
-import itertools
-import math
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from pydantic import Field, ValidationError, field_validator
 
 from flight_graph.components import functions
 from flight_graph.errors import FlightError, unknown
 from flight_graph.faults import fault_file
 from flight_graph.faults.report import REPORT
-from flight_graph.graphs.distributions import MOST_COMBINATIONS, Cone, Distribution, Spaced, Strict
+from flight_graph.sampling.combinations import combinations, levels
+from flight_graph.sampling.correlated import Correlated
+from flight_graph.sampling.distributions import Cone, Distribution, Spaced, Strict
+from flight_graph.sampling.plan import Sampling, SamplingKey
+from flight_graph.sampling.sampler import Sampler
+from flight_graph.statistics.stopping import Until
 from flight_graph.text_files import short
-from flight_math import noise
 
 TOP_LEVEL = ("seed", "duration_s")
 MOST_RUNS = 1_000_000  # of a sweep
 _ALTERNATIVES = ("Spaced",)
+_MODELS = {"random": Distribution, "correlated": Correlated, "sampling": Sampling, "until": Until}
 
 
 class VaryFile(Strict):
@@ -49,12 +56,17 @@ class VaryFile(Strict):
 
     cases: list[dict[str, Any]] = Field(default_factory=list)
     grid: dict[str, list[Any] | Spaced] = Field(default_factory=dict)
+    fraction: dict[str, list[str]] = Field(default_factory=dict)
+    one_at_a_time: dict[str, list[Any] | Spaced] = Field(default_factory=dict)
     random: dict[str, Distribution] = Field(default_factory=dict)
+    correlated: list[Correlated] = Field(default_factory=list)
     function: str | None = None
     runs: int = Field(1, ge=1, le=MOST_RUNS)
     seed: int = Field(0, ge=-2**63, lt=2**63)
+    sampling: SamplingKey = Field(default_factory=Sampling)
+    until: Until | None = None
 
-    @field_validator("grid")
+    @field_validator("grid", "one_at_a_time")
     @classmethod
     def _some(cls, grid):
         for key, values in grid.items():
@@ -80,20 +92,24 @@ class Vary:
         for name in names:
             if names.count(name) > 1 and name is not None:
                 raise FlightError(f"{origin}: vary.cases: two cases are called '{name}'")
-        variants = [(str(entry.get("name", number)), {k: v for k, v in entry.items() if k != "name"})
-                    for number, entry in enumerate(file.cases)] or [(None, {})]
-        axes = [[(key, value) for value in (values.values() if isinstance(values, Spaced) else values)]
-                for key, values in file.grid.items()]
-        self._limit(len(variants) * math.prod(map(len, axes)))
-        self.combinations = [(name, {**values, **dict(point)})
-                             for name, values in variants for point in itertools.product(*axes)]
+        try:
+            self.combinations = combinations(file.cases, file.grid, file.fraction, file.one_at_a_time)
+        except ValueError as error:
+            raise FlightError(f"{origin}: vary: {error}") from None
+        if self.count > MOST_RUNS:
+            raise FlightError(f"{origin}: vary: {len(self.combinations)} combinations, each run {file.runs} times; "
+                              f"allowed: {MOST_RUNS} runs in one sweep")
         self._keys()
+        try:
+            self.sampler = Sampler(file.sampling, file.random, file.correlated, file.seed)
+        except ValueError as error:
+            raise FlightError(f"{origin}: vary.sampling: {error}") from None
         if file.function:
             functions.check_there(file.function, f"{origin}: vary.function")
 
     @property
     def is_random(self) -> bool:
-        return bool(self.file.random or self.file.function)
+        return bool(self.file.random or self.file.correlated or self.file.function)
 
     @property
     def count(self) -> int:
@@ -103,7 +119,7 @@ class Vary:
     def declared_keys(self) -> list[str]:
         """What the file says is varied, in its order; what its function varies besides is not known here."""
         keys = dict.fromkeys(key for entry in self.file.cases for key in entry if key != "name")
-        return list(keys | dict.fromkeys(self.file.grid)) + list(self.file.random)
+        return list(keys | dict.fromkeys([*self.file.grid, *self.file.one_at_a_time])) + self.sampler.keys
 
     def keys(self) -> list[str]:
         """Everything that is varied, in the order of the file; what the function varies is seen in draw 0."""
@@ -124,13 +140,13 @@ class Vary:
         if case < 0 or (case >= self.count and not self.is_random):
             raise FlightError(f"{self.origin}: there is no case {case}; the cases are 0 to {self.count - 1}")
         number, values = self.draw_number(case), dict(self.combinations[case % len(self.combinations)][1])
-        values.update((key, self._draw(key, number)) for key in self.file.random)
+        values.update(self.sampler.draw(number))
         values.update(self._drawn_together(number))
         return values
 
     def check(self, components: dict, faults: list | None = None) -> None:
         """Refuse keys and fixed values that the components do not have. components: name -> class; faults: of the file."""
-        keys = self.declared_keys()
+        keys, first = self.declared_keys(), self.sampler.draw(0)
         uses = {key.partition(".")[0] for key in keys if key.endswith(".use")}
         for key in keys:
             name, _, parameter = key.partition(".")
@@ -139,25 +155,20 @@ class Vary:
                     raise FlightError(f"{self.origin}: vary: '{key}' cannot be varied; allowed: component.parameter, "
                                       "component.rate_hz, component.use, faults.ID.key, seed, duration_s")
             elif name == REPORT:
-                for value in self._values(key):
+                for value in self._values(key, first):
                     fault_file.override(faults, parameter, value, f"{self.origin}: vary: {key}")
             elif name not in components:
                 raise unknown("component", name, components, f"{self.origin}: vary: {key}")
             elif name not in uses and parameter not in ("rate_hz", "use"):
-                for value in self._values(key):
+                for value in self._values(key, first):
                     components[name].parameters.validate({parameter: value}, f"{self.origin}: vary: {name}")
 
-    def _values(self, key):
-        """The fixed values of a key, each once where it can be; of a random one the first draw."""
-        if key in self.file.random:
-            return [self._draw(key, 0)]
-        values = self.file.grid.get(key, [])
-        values = values.values() if isinstance(values, Spaced) else values
-        return [*values, *(entry[key] for entry in self.file.cases if key in entry)]
-
-    def _draw(self, key, number):
-        with np.errstate(over="ignore"):
-            return self.file.random[key].draw(noise.stream_key(self.file.seed, key), number)
+    def _values(self, key, first):
+        """The fixed values of a key, each once where it can be; of a drawn one the first draw."""
+        if key in first:
+            return [first[key]]
+        return [*levels(self.file.grid.get(key, [])), *levels(self.file.one_at_a_time.get(key, [])),
+                *(entry[key] for entry in self.file.cases if key in entry)]
 
     def _drawn_together(self, number) -> dict:
         """What the function gives for a draw. Raises FlightError."""
@@ -176,15 +187,11 @@ class Vary:
             raise FlightError(f"{where}: '{self.file.function}' returns {short(repr(found))}; it returns {{key: value}}")
         return found
 
-    def _limit(self, combinations: int) -> None:
-        if combinations > MOST_COMBINATIONS or combinations * self.file.runs > MOST_RUNS:
-            raise FlightError(f"{self.origin}: vary: {combinations} combinations, each run {self.file.runs} times; "
-                              f"allowed: {MOST_COMBINATIONS} combinations and {MOST_RUNS} runs in one sweep")
-
     def _keys(self):
         seen = {}
-        parts = {"cases": {key for entry in self.file.cases for key in entry}, "grid": self.file.grid,
-                 "random": self.file.random}
+        parts = {"cases": {key: None for entry in self.file.cases for key in entry}, "grid": self.file.grid,
+                 "one_at_a_time": self.file.one_at_a_time, "random": self.file.random}
+        parts |= {f"correlated.{number}": dict.fromkeys(group.keys) for number, group in enumerate(self.file.correlated)}
         for part, keys in parts.items():
             for key in keys:
                 if seen.setdefault(key, part) != part:
@@ -193,7 +200,17 @@ class Vary:
             raise FlightError(f"{self.origin}: vary.runs: {self.file.runs} equal runs of each case make no sense; "
                               "name what is drawn under vary.random (such as seed: {count: 1})")
         if not seen and not self.file.function:
-            raise FlightError(f"{self.origin}: vary: nothing is varied; give cases, grid, random or function")
+            raise FlightError(f"{self.origin}: vary: nothing is varied; give cases, grid, one_at_a_time, random, "
+                              "correlated or function")
+        if self.file.sampling.plan != "independent" and not (self.file.random or self.file.correlated):
+            raise FlightError(f"{self.origin}: vary.sampling: {self.file.sampling.plan} has nothing to place; it goes with "
+                              "random or correlated")
+        if self.file.until and not (self.is_random and self.file.sampling.plan == "independent"):
+            raise FlightError(f"{self.origin}: vary.until: an interval of a rate needs independent draws (random, "
+                              "correlated or function, with sampling: independent)")
+        if self.file.sampling.plan == "saltelli" and self.file.function:
+            raise FlightError(f"{self.origin}: vary.sampling: saltelli exchanges the values of each key; what a function "
+                              "draws cannot be exchanged")
 
 
 def _sentence(error: ValidationError) -> str:
@@ -205,6 +222,6 @@ def _sentence(error: ValidationError) -> str:
                                 and part != "float")])
     if first["type"] == "extra_forbidden":
         model = VaryFile if len(first["loc"]) == 1 else Spaced if "Spaced" in str(first["loc"]) else (
-            Cone if "cone" in first["loc"] else Distribution)
+            Cone if "cone" in first["loc"] else _MODELS[first["loc"][0]])
         return f"{where}: there is no such key; allowed here: {', '.join(model.model_fields)}"
     return f"{where}: {first['msg'].removeprefix('Value error, ')} (got {short(repr(first['input']))})"

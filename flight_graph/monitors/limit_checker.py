@@ -27,8 +27,8 @@ def __getattr__(name: str) -> type[Component]:
 
 
 def use(watchpoints, actionpoints, requests: dict[str, str]) -> str:
-    """The name of the component. requests: component -> vehicle."""
-    asked = (f"{component}={vehicle}" for component, vehicle in requests.items())
+    """The name of the component. requests: component -> (vehicle, frame) of its modes."""
+    asked = ("=".join((component, *modes)) for component, modes in requests.items())
     return f"{__name__}:{','.join(watchpoints)};{','.join(actionpoints)};{','.join(asked)}"
 
 
@@ -40,12 +40,12 @@ def request_port(component: str) -> str:
 @cache
 def limit_checker(watchpoints: tuple[str, ...], actionpoints: tuple[str, ...], requests: tuple[str, ...],
                   told: tuple[tuple[str, str], ...] = ()) -> type[Component]:
-    """The component with these ids. requests: ``component=vehicle``; told: (level, text) of each actionpoint."""
+    """The component with these ids. requests: ``component=vehicle=frame``; told: (level, text) of each actionpoint."""
     status = named_vector(MONITORS, "", {
         **{name: Quantity(None, "1", "1 while the watchpoint holds") for name in watchpoints},
         **{name: Quantity(None, "1", "how often the actionpoint has acted") for name in actionpoints},
     }, Role.TELEMETRY, doc="watchpoints and actionpoints of the scenario")
-    asked = dict(one.split("=") for one in requests)
+    asked = {component: modes for component, *modes in (one.split("=") for one in requests)}
 
     def diagnostics(record):
         """A DiagnosticArray: one status for each actionpoint that has acted, or one that says that none has."""
@@ -67,7 +67,7 @@ def limit_checker(watchpoints: tuple[str, ...], actionpoints: tuple[str, ...], r
     class LimitChecker(Component):
         """Watches limits, and acts when they are passed."""
 
-        outputs = {STATUS: status, **{request_port(name): mode_request(vehicle) for name, vehicle in asked.items()}}
+        outputs = {STATUS: status, **{request_port(name): mode_request(*modes) for name, modes in asked.items()}}
         rate_hz = 20.0
         formatted = (Formatted("diagnostics", "diagnostic_msgs/msg/DiagnosticArray", STATUS, diagnostics),)
         kernel = nothing

@@ -48,12 +48,12 @@ def component_of(found: MonitorsFile, nodes: dict, where: str) -> tuple[str, typ
     wanted = {name: _vehicle(name, nodes, f"{where}.{one.id}.mode") for one in found.actionpoints for name in one.mode}
     watchpoints, actionpoints = (tuple(one.id for one in entries) for entries in (found.watchpoints, found.actionpoints))
     told = tuple((one.level, one.text) for one in found.actionpoints)
-    made = limit_checker(watchpoints, actionpoints, tuple(f"{name}={vehicle}" for name, vehicle in wanted.items()), told)
+    made = limit_checker(watchpoints, actionpoints, tuple("=".join((name, *modes)) for name, modes in wanted.items()), told)
     return use(watchpoints, actionpoints, wanted), made
 
 
-def _vehicle(name, nodes, where) -> str:
-    """The vehicle whose modes a component manages."""
+def _vehicle(name, nodes, where) -> tuple[str, str]:
+    """The vehicle whose modes a component manages, and the frame in which they are said."""
     if name not in nodes:
         raise unknown("component", name, nodes, where)
     component = nodes[name].component
@@ -62,7 +62,7 @@ def _vehicle(name, nodes, where) -> str:
         takers = [other for other, node in nodes.items() if getattr(node.component, "modes", ())]
         raise FlightError(f"{where}: {name} takes no modes; components that do: "
                           f"{', '.join(takers) or 'none in this graph'}")
-    return signal.topic.removesuffix(_TOPIC)
+    return signal.topic.removesuffix(_TOPIC), signal.fixed["header.frame_id"]
 
 
 class MonitorSet:

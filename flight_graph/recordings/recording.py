@@ -123,7 +123,7 @@ def write_recording(recording: Recording, folder, engine: str, overwrite: bool =
         bag.keep(checkpoint)
     tracks = {(track.node, track.port): track for track in recording.tracks}
     found = [(topic, tracks[topic.node, topic.port]) for topic in bag.topics]
-    bag.write_all([(topic, track.stamps_ns, payloads(topic, track.records)) for topic, track in found])
+    bag.write_all([(topic, *messages(topic, track.stamps_ns, track.records)) for topic, track in found])
     outcome = {"complete": str(not recording.stopped).lower(), "lost": "0"}
     bag.close({**outcome, "stopped": recording.stopped} if recording.stopped else outcome)
 
@@ -140,11 +140,15 @@ def column_units(topics: list[RecordedTopic]) -> dict[str, str]:
     return units
 
 
-def payloads(topic: RecordedTopic, records: np.ndarray):
-    """The wire form of a topic's records: (n, size) uint8, or a list of bytes of messages formatted from them."""
+def messages(topic: RecordedTopic, stamps_ns: np.ndarray, records: np.ndarray) -> tuple:
+    """(stamps, wire form) of a topic's records: (n, size) uint8, or a list of bytes of messages formatted from them.
+
+    stamps_ns: (n,) since the start of the run. What is said once is said at the start.
+    """
     if topic.formatted is None:
-        return topic.signal.payloads(records)
-    return [formatted_payload(topic.formatted, records[i:i + 1]) for i in range(len(records))]
+        return stamps_ns, topic.signal.payloads(records)
+    said = np.flatnonzero(stamps_ns == 0) if topic.formatted.once else np.arange(len(records))
+    return stamps_ns[said], [formatted_payload(topic.formatted, records[i:i + 1]) for i in said]
 
 
 def write_blocks(writer: BagWriter, blocks) -> None:

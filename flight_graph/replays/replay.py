@@ -20,7 +20,7 @@ from flight_graph.graphs.graph import Edge, Node
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.comparison import TOLERANCE, Comparison, compare, recorded_until, write_topics
 from flight_graph.recordings.recorded_run import RecordedRun, open_recorded, shortened
-from flight_graph.recordings.recording import RecordedTopic, payloads
+from flight_graph.recordings.recording import RecordedTopic, messages
 from flight_graph.timebase import SECOND
 
 
@@ -197,8 +197,9 @@ def _in_process(scenario, node, inputs, answers, end_ns, folder, progress, check
         if progress and firings % shown == 0:
             progress(t_ns / SECOND)
     stamps = [np.array(times[topic.port], np.int64) for topic in answers]
-    written = [payloads(topic, logs[topic.port][:len(one)]) for topic, one in zip(answers, stamps)]
-    return write_topics(folder, answers, [one + scenario.epoch_ns for one in stamps], written), firings, stopped
+    said = [messages(topic, one, logs[topic.port][:len(one)]) for topic, one in zip(answers, stamps)]
+    stamps, written = [one + scenario.epoch_ns for one, _ in said], [rows for _, rows in said]
+    return write_topics(folder, answers, stamps, written), firings, stopped
 
 
 def _bytes(records: np.ndarray) -> np.ndarray:

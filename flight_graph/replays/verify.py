@@ -24,7 +24,7 @@ from flight_graph.recordings.comparison import (
     write_topics,
 )
 from flight_graph.recordings.recorded_run import RecordedRun, open_recorded, shortened
-from flight_graph.recordings.recording import payloads
+from flight_graph.recordings.recording import messages
 
 
 def verify(path, engine: str = "compiled", trust: bool = False, tolerance: float = TOLERANCE, progress=None,
@@ -129,8 +129,8 @@ def _as_bag(run: RecordedRun, recording, folder, end_ns):
     for topic in topics:
         track = tracks[topic.node, topic.port]
         count = int(np.searchsorted(track.stamps_ns, end_ns))
-        times = track.stamps_ns[:count] + run.scenario.epoch_ns
-        written = payloads(topic, track.records[:count])
+        times, written = messages(topic, track.stamps_ns[:count], track.records[:count])
+        times = times + run.scenario.epoch_ns
         if not run.complete and "/" + topic.topic in run.bag:
             kept = np.flatnonzero(np.isin(times, run.bag.stamps_ns("/" + topic.topic)))
             times = times[kept]

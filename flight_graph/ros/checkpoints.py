@@ -1,7 +1,7 @@
 """Checkpoints of a graph of nodes in lockstep: every node tells its part of the memory, the recorder puts them together.
 
-``<node>/checkpoint`` carries std_msgs/UInt8MultiArray: the part of the node, as `flight_graph.engines.checkpoint` packs it.
-A node that begins at a checkpoint reads the whole one from a file, and takes its part and what its inputs would have.
+``<node>/_checkpoint`` carries std_msgs/UInt8MultiArray: the part of the node, as `flight_graph.engines.checkpoint` packs
+it. A node that begins at a checkpoint reads the whole one from a file, and takes its part and what its inputs would have.
 """
 
 import json
@@ -98,7 +98,7 @@ class NodeMemory:
         self._shown = {}  # port -> what readers have got of an output of which they may not have got the newest
         self._publisher = self._due_ns = None
         if settings.period_ns:
-            self._publisher = RawPublisher(node, f"{node.get_name()}/checkpoint", TYPE, _QOS)
+            self._publisher = RawPublisher(node, f"{node.get_name()}/_checkpoint", TYPE, _QOS)
             self._due_ns = next_checkpoint_ns(self.begin_ns, settings.period_ns, settings.base_ns)
 
     def unmatched(self) -> str | None:
@@ -160,7 +160,7 @@ class Collector:
         wanted = period_ns(scenario) > 0
         self._due = scenario.next_checkpoint(first) if wanted else scenario.ticks
         group = LoopOnly()
-        self._subscriptions = {name: RawSubscription(node, f"{name}/checkpoint", TYPE, _QOS, group)
+        self._subscriptions = {name: RawSubscription(node, f"{name}/_checkpoint", TYPE, _QOS, group)
                                for name in scenario.graph.nodes} if wanted else {}
         arrays = Schedule.of(scenario.graph, {}, scenario.faults).memory(0) if self._subscriptions else {}
         self._shape = shape(scenario.graph, arrays, scenario.epoch_ns)
@@ -184,7 +184,7 @@ class Collector:
         """Take what has come; keep the checkpoints that are whole."""
         for name, subscription in self._subscriptions.items():
             while (message := subscription.take()) is not None:
-                part = Checkpoint.decode(bytes(message[16:]), f"{name}/checkpoint")
+                part = Checkpoint.decode(bytes(message[16:]), f"{name}/_checkpoint")
                 self._parts.setdefault(part.tick, {})[name] = part.arrays
         while len(found := self._parts.get(self._due, {})) == len(self._subscriptions) and not self.done:
             arrays = {name: content for part in found.values() for name, content in part.items()}

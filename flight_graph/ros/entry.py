@@ -13,6 +13,7 @@ from flight_graph.ros.environment import prepare_environment
 def main(package: str, executable: str, arguments: list[str] | None = None) -> int:
     """Run ``package/executable`` with ROS arguments; return the exit status."""
     arguments = sys.argv[1:] if arguments is None else arguments
+    leaving.at_once()
     try:
         target = registry.executables(package).get(executable)
         if target is None:
@@ -30,26 +31,34 @@ def main(package: str, executable: str, arguments: list[str] | None = None) -> i
 def run_component(use: str, default_name: str, arguments: list[str], announce=None) -> int:
     """Run the component ``use`` as a node until it is done or asked to end, then end this process.
 
-    Returns the exit status where no node came to be, or where the process could not end by itself.
+    Returns where nothing was to be run.
     """
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, signal.default_int_handler)  # nothing has been started yet: whatever is done can be left
-    try:
-        prepare_environment()
-        component = registry.component(use)
-        if "-h" in arguments or "--help" in arguments:
-            print(_help(use, default_name, component))
-            return 0
-        import numba
-        import rclpy  # noqa: F401 (takes a while)
+    leaving.at_once()
+    prepare_environment()
+    component = registry.component(use)
+    if "-h" in arguments or "--help" in arguments:
+        print(_help(use, default_name, component))
+        return 0
+    import numba
+    import rclpy  # noqa: F401 (takes a while)
 
-        from flight_graph.engines import compilation
-        if not numba.config.DISABLE_JIT:
-            compilation.load({use: component})  # before anybody sees the node, and sends
-        leaving.keep_imports()
-        return leaving.leave(_run(use, component, default_name, arguments, announce or tell_errors))
-    except KeyboardInterrupt:
-        return leaving.leave(0)
+    from flight_graph.engines import compilation
+    if not numba.config.DISABLE_JIT:
+        compilation.load({use: component}, progress=_Said(use))  # before anybody sees the node, and sends
+    leaving.keep_imports()
+    leaving.leave(_run(use, component, default_name, arguments, announce or tell_errors))
+
+
+class _Said:
+    """Says once that machine code is made: a person waits for it."""
+
+    def __init__(self, use):
+        self._use, self._is_said = use, False
+
+    def __call__(self, done, total, names):
+        if not self._is_said:
+            self._is_said = True
+            print(f"{self._use}: its machine code is made now, once; the node starts then", file=sys.stderr, flush=True)
 
 
 def _run(use, component, default_name, arguments, announce) -> int:
@@ -57,11 +66,12 @@ def _run(use, component, default_name, arguments, announce) -> int:
     from rclpy.signals import SignalHandlerOptions
 
     from flight_graph.ros import lockstep, realtime
-    from flight_graph.ros.node import ComponentNode, Stopped
+    from flight_graph.ros.managed import Stopped
+    from flight_graph.ros.node import ComponentNode
 
     node = None
     stopping = []
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in leaving.SIGNALS:
         signal.signal(number, lambda *_: (stopping.append(1), node and node.stopping.set()))
     try:
         rclpy.init(args=["node", *arguments], signal_handler_options=SignalHandlerOptions.NO)
@@ -72,6 +82,7 @@ def _run(use, component, default_name, arguments, announce) -> int:
         node = ComponentNode(default_name, use, component, announce)
         if stopping:
             raise Stopped
+        node.wait_until_configured()
         node.introduce()
         announce({"ready": node.get_name()})
         (lockstep if node.settings.lockstep else realtime).run(node)
@@ -89,7 +100,7 @@ def _run(use, component, default_name, arguments, announce) -> int:
         announce({"error": str(error)})
         return 1
     finally:
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in leaving.SIGNALS:
             signal.signal(number, signal.SIG_IGN)  # a second one must not break the end
         if node is not None:
             node.close()

@@ -24,6 +24,7 @@ from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.beginning import Beginning
 from flight_graph.ros import checkpoints, shared_memory
 from flight_graph.ros.domain import Domain
+from flight_graph.ros.installed import is_installed, not_live
 from flight_graph.ros.patience import at_least, patience_s
 from flight_graph.ros.supervisor import Supervisor
 from flight_graph.timebase import SECOND
@@ -113,6 +114,8 @@ def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float 
         specs = _specs(scenario, Path(work), Path(folder).absolute(), pace, factor, timeout_s, check_bounds, begin)
         if tell and domain.is_own:
             tell(domain.sentence())
+        if tell and (sentence := not_live(node.component for node in scenario.graph.nodes.values())):
+            tell(sentence)
         launch = Launch(specs, RosRun(Path(folder)), pace == "lockstep", progress, domain)
         if pace == "realtime":
             own = {spec["name"]: spec for spec in specs if spec["name"] not in (RECORDER, scenario.graph.clock_master)}
@@ -120,11 +123,6 @@ def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float 
         result = launch.run()
         result.notes = launch.supervisor.notes if launch.supervisor else []
         return result
-
-
-def is_installed(type_name: str) -> bool:
-    """Whether the package of a message type is installed."""
-    return importlib.util.find_spec(type_name.split("/")[0]) is not None
 
 
 def published(graph) -> list[str]:
@@ -202,7 +200,7 @@ class Launch:
             self.pids.pop(name, None)
             self.crashed = self.crashed or event["exit"] < 0
             if (event["exit"] or not self._is_ending) and name not in self._killed and not self.error:
-                self.error = self._ended(name, _how(event["exit"]))
+                self.error = self._ended(name, how_it_ended(event["exit"]))
         elif "stopped" in event:
             if not self._is_ending and not self.error:
                 self.error = (f"the node {name} was asked to end before the run was over (SIGTERM, SIGINT or the shutdown "
@@ -319,5 +317,6 @@ def refuse(scenario: Scenario) -> None:
                           "'flight_graph[ros]'")
 
 
-def _how(code):
+def how_it_ended(code: int) -> str:
+    """The end of a process in words."""
     return f"signal {signal.Signals(-code).name}" if code < 0 else f"exit status {code}"

@@ -1,15 +1,29 @@
-"""The end of a node's process: at once, when the middleware has left.
+"""The end of a node's process: at once, whenever it is asked to.
 
-Taking down an interpreter with a compiler in it costs about a second of the processor. Seven nodes that are interrupted
-together on a busy machine would need longer than `ros2 launch` waits before it gets rough.
+Taking down an interpreter with a compiler in it costs about a second of the processor, and longer on a busy machine than
+`ros2 launch` waits before it gets rough. So a process that has no node yet just ends, and one that had one ends as soon as
+the middleware has left.
 """
 
 import gc
 import os
+import signal
+import subprocess
 import sys
+import time
 from pathlib import Path
 
+from flight_graph.ros import shared_memory
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _SEGMENT = "/dev/shm/fastrtps_"  # mapped as long as the middleware's participant is there
+_LONGEST_S = 0.5  # [s] of waiting for the middleware: a thread of its own may still hold the node
+
+
+def at_once() -> None:
+    """From now on SIGINT and SIGTERM end this process: nothing has begun yet that would need an end of its own."""
+    for number in SIGNALS:
+        signal.signal(number, lambda *_: os._exit(0))
 
 
 def keep_imports() -> None:
@@ -18,15 +32,25 @@ def keep_imports() -> None:
     gc.freeze()
 
 
-def leave(status: int) -> int:
-    """End this process, with nothing left behind; only where the middleware is still there, return for an ordinary end."""
+def leave(status: int) -> None:
+    """End this process. Where the middleware does not leave in time, another process removes its shared memory."""
     for stream in (sys.stdout, sys.stderr):
         stream.flush()
+    deadline = time.monotonic() + _LONGEST_S
     gc.collect()  # the node and its ends, which hold the participant, refer to each other
+    while is_here := _has_middleware():
+        if time.monotonic() > deadline:
+            break
+        time.sleep(0.02)
+        gc.collect()
+    if is_here:
+        subprocess.Popen([sys.executable, "-E", "-S", shared_memory.__file__, str(os.getpid())], start_new_session=True,
+                         stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    os._exit(status)
+
+
+def _has_middleware() -> bool:
     try:
-        maps = Path("/proc/self/maps").read_text(encoding="utf-8", errors="replace")
+        return _SEGMENT in Path("/proc/self/maps").read_text(encoding="utf-8", errors="replace")
     except OSError:
-        return status
-    if _SEGMENT not in maps:
-        os._exit(status)
-    return status
+        return False

@@ -4,6 +4,7 @@ import time
 
 from flight_graph.errors import FlightError
 from flight_graph.ros.clock import ClockInput
+from flight_graph.ros.matching import match, sources_of
 from flight_graph.timebase import SECOND
 from msg_schemas.signal import SignalMismatch
 
@@ -16,7 +17,7 @@ def run(node) -> None:
     paced = any(source.period_ns for source in settings.sources.values())
     clock = None if paced or settings.clock_master else ClockInput(node)
     begin_ns = node.memory.begin_ns
-    node.match()
+    match(node)
     node.progress.tell(begin_ns)
     if settings.clock_master:
         wait_for_nodes(node, begin_ns)
@@ -97,7 +98,7 @@ def _advance(node, name, port, expected, deadline):
 
 def _source(node, port) -> str:
     """The nodes that publish an input's topic, or did, in words."""
-    return node.sources_of(port) or f"{port.sources or 'nobody'} (no publisher is left)"
+    return sources_of(node, port) or f"{port.sources or 'nobody'} (no publisher is left)"
 
 
 def wait_for_nodes(node, t_ns: int) -> None:

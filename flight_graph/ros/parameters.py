@@ -4,6 +4,7 @@ from collections import deque
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.exceptions import ParameterException
+from rclpy.parameter import Parameter
 
 from flight_graph.components import declared
 from flight_graph.components.records import Entry, flat
@@ -25,6 +26,13 @@ def descriptor(entry: Entry) -> ParameterDescriptor:
     return made
 
 
+def declare_once(node, name: str, default, description: ParameterDescriptor):
+    """The value of a parameter, declared at the first call: a node that could not be configured may be so again."""
+    if node.has_parameter(name):
+        return node.get_parameter(name).value
+    return node.declare_parameter(name, default, description).value
+
+
 class ComponentParameters:
     """Declares the parameters of a component on a node and keeps the record that the kernel reads.
 
@@ -37,7 +45,7 @@ class ComponentParameters:
         for name, entry in component.parameters.entries.items():
             default = component.parameters.defaults()[name]
             try:
-                self._values[name] = node.declare_parameter(name, flat(default), descriptor(entry)).value
+                self._values[name] = declare_once(node, name, flat(default), descriptor(entry))
             except ParameterException as error:
                 raise FlightError(f"{node.get_name()}.{name}: {error}; allowed: {entry.range_text}") from None
         self._values = component.parameters.validate(self._values, node.get_name())
@@ -50,7 +58,12 @@ class ComponentParameters:
         return self._values
 
     def accept_changes(self) -> None:
-        """Check what is set from now on; before, everything that the node declares has been declared."""
+        """Check what is set from now on; before, everything that the node declares has been declared.
+
+        A scalar fills an array: the parameter is an array in any case, as it was declared.
+        """
+        self._node.set_parameters(self._filled(self._node.get_parameters(list(self._values))))
+        self._node.add_pre_set_parameters_callback(self._filled)
         self._node.add_on_set_parameters_callback(self._on_set)
 
     def follow(self, values: dict) -> None:
@@ -69,6 +82,20 @@ class ComponentParameters:
         period = self.record["period"].copy()
         self.record[:] = self._component.parameters.record(self._values, self._node.get_name())
         self.record["period"] = period
+
+    def _filled(self, parameters) -> list[Parameter]:
+        """The same parameters, each of its declared type: a number for an array as that array, a whole one as a number."""
+        return [self._fill(parameter) for parameter in parameters]
+
+    def _fill(self, parameter):
+        entry = self._component.parameters.entries.get(parameter.name)
+        if entry is None or isinstance(parameter.value, bool) or not isinstance(parameter.value, (int, float)):
+            return parameter
+        default = flat(self._component.parameters.defaults()[parameter.name])
+        if not isinstance(default, list):
+            return Parameter(parameter.name, value=float(parameter.value)) if isinstance(default, float) else parameter
+        value = float(parameter.value) if isinstance(default[0], float) else parameter.value
+        return Parameter(parameter.name, value=[value] * len(default))
 
     def _on_set(self, parameters):
         changes = {p.name: p.value for p in parameters if p.name in self._component.parameters.entries}

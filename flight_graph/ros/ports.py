@@ -1,7 +1,6 @@
 """Raw topic ends: bytes out of a record, bytes into a record, without message objects and without an executor."""
 
 import importlib
-import importlib.util
 import time
 
 from rclpy.callback_groups import CallbackGroup
@@ -12,7 +11,7 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSPolicyKind, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from flight_graph.ros import slots
-from msg_schemas.qos import Qos
+from msg_schemas.qos import Qos, alone
 from msg_schemas.signal import Signal
 
 SLICE_NS = 50_000_000  # [ns] longest wait before Python looks at signals again
@@ -24,11 +23,6 @@ def message_class(type_name: str):
     return getattr(importlib.import_module(f"{package}.msg"), name)
 
 
-def is_importable(type_name: str) -> bool:
-    """Whether the package of a message type is installed."""
-    return importlib.util.find_spec(type_name.split("/")[0]) is not None
-
-
 def profile(qos: Qos) -> QoSProfile:
     """The rclpy form of a row of the QoS table."""
     return QoSProfile(
@@ -37,9 +31,14 @@ def profile(qos: Qos) -> QoSProfile:
         durability=DurabilityPolicy.TRANSIENT_LOCAL if qos.transient_local else DurabilityPolicy.VOLATILE)
 
 
+def _is_alone(node) -> bool:
+    """Whether a node runs by itself, at the pace of the wall: what it has missed is gone."""
+    return not node.settings.supervised and not node.settings.lockstep
+
+
 def overridable(node) -> QoSOverridingOptions | None:
     """Parameters ``qos_overrides.<topic>.subscription.reliability`` and so on, for a node that runs alone."""
-    kinds = (QoSPolicyKind.RELIABILITY, QoSPolicyKind.DURABILITY, QoSPolicyKind.DEPTH)
+    kinds = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY, QoSPolicyKind.DURABILITY)
     return None if node.settings.supervised else QoSOverridingOptions(kinds)
 
 
@@ -149,7 +148,8 @@ class InputPort:
     def __init__(self, node, name: str, signal: Signal, topic: str, epoch_ns: int, group, slotted: bool = False):
         self.name, self.signal, self.epoch_ns = name, signal, epoch_ns
         self.payload, self.record = signal.new()
-        self.subscription = RawSubscription(node, topic, signal.type_name, signal.role.qos, group, overridable(node))
+        asked = alone(signal.role) if _is_alone(node) else signal.role.qos
+        self.subscription = RawSubscription(node, topic, signal.type_name, asked, group, overridable(node))
         self._reader = slots.SlotReader(self.subscription, RawSubscription(
             node, slots.slots_topic(topic), slots.TYPE, slots.QOS_OF_SLOTS, group),
             lossy=not node.settings.lockstep) if slotted else None

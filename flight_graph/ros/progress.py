@@ -1,7 +1,8 @@
 """Flow control: every node tells how far it has come, and the clock master never runs further ahead than a window.
 
-``<node>/progress`` carries rosgraph_msgs/Clock, latched: the stamp up to which the node is done. The epoch itself means
+``<node>/_progress`` carries rosgraph_msgs/Clock, latched: the stamp up to which the node is done. The epoch itself means
 "ready": all endpoints are matched. Where a watchdog listens, it is also the beat of the node, sent while it waits, too.
+Tools leave the topic out of their lists: the underscore says that it is nobody else's.
 """
 
 import struct
@@ -25,7 +26,7 @@ class Progress:
         self._beats = getattr(settings, "beats_often", False)
         self._epoch_ns, self._told_ns, self._said = settings.epoch_ns, -1, 0.0
         self._every_ns = 0 if self._beats else settings.window_ns // 4
-        self._publisher = RawPublisher(node, f"{node.get_name()}/progress", _TYPE, _QOS) if self._watched else None
+        self._publisher = RawPublisher(node, f"{node.get_name()}/_progress", _TYPE, _QOS) if self._watched else None
 
     def unmatched(self) -> str | None:
         if self._watched and self._publisher.subscribers() < 1:
@@ -54,7 +55,7 @@ class Watch:
 
     def __init__(self, node, other: str, group):
         self.t_ns, self.heard, self._epoch_ns = -1, time.monotonic(), node.settings.epoch_ns
-        self._subscription = RawSubscription(node, f"{other}/progress", _TYPE, _QOS, group)
+        self._subscription = RawSubscription(node, f"{other}/_progress", _TYPE, _QOS, group)
 
     def is_matched(self) -> bool:
         return self._subscription.publishers() > 0

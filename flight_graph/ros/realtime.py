@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flight_graph.faults.report import REPORT
-from flight_graph.ros import lockstep
+from flight_graph.ros import lockstep, matching
 from flight_graph.ros.clock import ClockInput
 from flight_graph.ros.ticks import Ticks, epoch_of
 from flight_graph.timebase import SECOND
@@ -44,9 +44,9 @@ def run(node) -> None:
     """Run a node on the wall clock until its end. Raises Stopped, FlightError."""
     node.statistics = Statistics()
     if node.settings.supervised or not node.settings.clock_master:
-        node.match()
+        matching.match(node)
     else:
-        node.look_around()
+        matching.look_around(node)
     node.progress.tell(0)
     node.call("start", 0)
     began = time.monotonic()

@@ -16,8 +16,10 @@ from flight_graph.recordings.bag_scenario import INJECTED_FAULTS, SET_PARAMETERS
 from flight_graph.recordings.recording import RecordedTopic, RunBag, formatted_payload
 from flight_graph.ros import live_faults, parameter_changes, texts
 from flight_graph.ros.checkpoints import Collector
-from flight_graph.ros.ports import LoopOnly, RawSubscription, is_importable
+from flight_graph.ros.installed import is_installed
+from flight_graph.ros.ports import LoopOnly, RawSubscription
 from flight_graph.ros.progress import Progress
+from flight_graph.ros.silence import TRANSITION, Silence
 from flight_graph.ros.slots import TYPE as SLOT_TYPE
 from flight_graph.ros.slots import SlotReader, slots_topic
 from flight_graph.timebase import SECOND
@@ -117,7 +119,7 @@ class Recorder:
     def __init__(self, node, scenario: Scenario, bag: RunBag, settings, group):
         self.node, self.bag, self.settings = node, bag, settings
         end_ns = settings.duration_ns or scenario.duration_ns
-        first = node.begin.checkpoint.tick if node.begin else 0
+        first = node.beginning.checkpoint.tick if node.beginning else 0
         self.begin_ns = first * scenario.graph.base_ns
         self.streams, self.listeners, self._formatted = [], [], {}
         faulty = {fault.place.node for fault in scenario.faults.of_components().values()}
@@ -147,10 +149,10 @@ class Recorder:
         return list(found.values())
 
     def drain(self) -> int:
-        if self.checkpoints:
-            self.checkpoints.drain()
         while self._changes and (message := self._changes.take()) is not None:
             self.changes.append(texts.text_of(message))
+        if self.checkpoints:
+            self.checkpoints.drain()
         return sum(stream.drain() for stream in self.streams)
 
     def watermark(self) -> int:
@@ -177,6 +179,8 @@ class Recorder:
             stream = self.streams[order]
             self.bag.write(stream.topic, stamp, message)
             for topic in self._formatted.get((stream.topic.node, stream.topic.port), ()):
+                if stamp and topic.formatted.once:
+                    continue
                 self.bag.write(topic, stamp, formatted_payload(topic.formatted, stream.record(message)))
 
     def lost(self) -> dict[str, int]:
@@ -197,17 +201,20 @@ class Recorder:
 
 
 def run(node, scenario: Scenario, folder: Path, settings) -> dict:
-    """Record until every topic is complete or the node is asked to end; return the outcome. Raises FlightError."""
-    bag = RunBag(folder, scenario, "ros", node.pace, begin=node.begin)
+    """Record until every topic is complete, the node is asked to end, or nothing more will come; return the outcome.
+
+    Raises FlightError, with the bag closed.
+    """
+    bag = RunBag(folder, scenario, "ros", node.pace, begin=node.beginning)
     bag.writer.metadata("flight_graph.ros", {"domain_id": os.environ.get("ROS_DOMAIN_ID") or "0"})
     recorder = Recorder(node, scenario, bag, settings, LoopOnly())
     progress = Progress(node, settings)
     recorder.listeners = _listeners(node, scenario, recorder.streams) if settings.supervised else []
+    silence = Silence(node, scenario, settings, recorder.streams)
     try:
         _wait_for_publishers(node, recorder, settings, progress)
         progress.tell(recorder.begin_ns)
-        while not recorder.done and not node.should_end():
-            recorder.drain()
+        while not recorder.done and not node.should_end() and not silence.is_final(recorder.drain()):
             mark = recorder.watermark()
             recorder.write_before(mark)
             progress.tell(mark, now=True)
@@ -231,6 +238,8 @@ def run(node, scenario: Scenario, folder: Path, settings) -> dict:
     if settings.lockstep and lost:
         raise FlightError(f"{node.get_name()}: messages were lost in lockstep: " + ", ".join(
             f"{count} on {topic}" for topic, count in lost.items()))
+    if silence.sentence:
+        raise FlightError(silence.sentence)
     progress.tell(recorder.end_ns, now=True)
     return outcome
 
@@ -243,9 +252,8 @@ def _events(node) -> list[str]:
 
 def _listeners(node, scenario, streams) -> list[RawSubscription]:
     """Ears for what a graph publishes for others alone, so that `ros2 doctor` finds no topic without a subscriber."""
-    graph, types = scenario.graph, {"/clock": "rosgraph_msgs/msg/Clock"}
+    graph, types = scenario.graph, {"/clock": "rosgraph_msgs/msg/Clock", f"{node.get_name()}/transition_event": TRANSITION}
     for name, found in graph.nodes.items():
-        types[f"{name}/transition_event"] = "lifecycle_msgs/msg/TransitionEvent"
         signals = [graph.signal(name, port) for port in found.component.outputs]
         types |= {made.topic: made.type_name for made in [*signals, *found.component.formatted]}
         types |= {slots_topic(signal.topic): SLOT_TYPE for port, signal in found.component.outputs.items()
@@ -255,7 +263,7 @@ def _listeners(node, scenario, streams) -> list[RawSubscription]:
         types.pop(slots_topic(stream.topic.topic), None)
     group = LoopOnly()
     return [RawSubscription(node, topic, type_name, _EAR, group) for topic, type_name in types.items()
-            if is_importable(type_name)]
+            if is_installed(type_name)]
 
 
 def _wait_for_publishers(node, recorder, settings, progress):
@@ -263,7 +271,7 @@ def _wait_for_publishers(node, recorder, settings, progress):
     while True:
         missing = [f"{stream.subscription.topic} by the node {stream.topic.node}" for stream in recorder.streams
                    if stream.publishers() < 1]
-        missing += [f"{name}/checkpoint" for name in (recorder.checkpoints.missing() if recorder.checkpoints else ())]
+        missing += [f"{name}/_checkpoint" for name in (recorder.checkpoints.missing() if recorder.checkpoints else ())]
         late = f"a publisher of {', '.join(missing)}" if missing else progress.unmatched()
         if late is None or node.should_end():
             return

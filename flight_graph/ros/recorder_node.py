@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import rclpy
-from rclpy.node import Node
+from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.signals import SignalHandlerOptions
 
 from flight_graph.engines.choice import pace_text
@@ -14,6 +14,8 @@ from flight_graph.errors import FlightError
 from flight_graph.ros import checkpoints, leaving, recorder
 from flight_graph.ros.entry import tell_errors
 from flight_graph.ros.environment import prepare_environment
+from flight_graph.ros.managed import ManagedNode, Stopped
+from flight_graph.ros.parameters import declare_once
 
 
 @dataclass
@@ -30,18 +32,22 @@ class RecorderSettings:
     clock_master: bool = False
 
 
-class RecorderNode(Node):
-    """A node with the parameters of the recorder."""
+class RecorderNode(ManagedNode):
+    """A node with the parameters of the recorder. While it is inactive it takes no message, and the graph waits for it."""
 
     def __init__(self, stopping: threading.Event):
-        super().__init__("recorder")
-        self.stopping = stopping
-        pace = self._get("graph.pace", "realtime")
-        self.pace = pace_text(pace, self._get("graph.factor", 1.0))
+        super().__init__("recorder", stopping)
+        self.begin()
+
+    def _configure(self):
+        pace, factor = self._get("graph.pace", "realtime"), self._get("graph.factor", 1.0)
+        if pace not in ("lockstep", "realtime"):
+            raise FlightError(f"recorder.graph.pace: {pace!r} is not allowed; allowed: lockstep or realtime")
+        self.pace = pace_text(pace, factor)
         self.scenario = recorder.read_scenario(self._required("scenario"))
         self.folder = Path(self._required("out"))
         self.events = self._get("events", "")
-        self.begin = checkpoints.read(self._get("begin", ""))
+        self.beginning = checkpoints.read(self._get("begin", ""))
         self.settings = RecorderSettings(
             lockstep=pace == "lockstep", epoch_ns=self.scenario.epoch_ns, duration_ns=self.scenario.duration_ns,
             window_ns=self._get("graph.window_ns", 10**9), timeout_s=self._get("graph.timeout_s", 30.0),
@@ -49,7 +55,7 @@ class RecorderNode(Node):
             linger=self._get("graph.linger", False))
 
     def _get(self, name, default):
-        return self.declare_parameter(name, default).value
+        return declare_once(self, name, default, ParameterDescriptor())
 
     def _required(self, name):
         value = self._get(name, "")
@@ -58,32 +64,40 @@ class RecorderNode(Node):
         return value
 
     def should_end(self) -> bool:
-        return self.stopping.is_set()
+        """Whether it was asked to end; waits while it is inactive."""
+        try:
+            self.check_alive()
+        except Stopped:
+            return True
+        return False
 
 
 def run_recorder(arguments: list[str], announce) -> int:
     """Run the node; return the exit status."""
     stopping = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in leaving.SIGNALS:
         signal.signal(number, lambda *_: stopping.set())
     rclpy.init(args=["recorder", *arguments], signal_handler_options=SignalHandlerOptions.NO)
     node = None
     try:
         node = RecorderNode(stopping)
+        node.wait_until_configured()
         announce({"ready": node.get_name()})
         outcome = recorder.run(node, node.scenario, node.folder, node.settings)
         if stopping.is_set() and outcome["complete"] != "true":
             announce({"stopped": True})
         announce({"recorded": outcome, "bag": str(node.folder)})
-        while node.settings.linger and not node.should_end():
+        while node.settings.linger and not stopping.is_set():
             stopping.wait(0.05)
+        return 0
+    except Stopped:
         return 0
     except (FlightError, OSError) as error:
         announce({"error": str(error)})
         return 1
     finally:
         if node is not None:
-            node.destroy_node()
+            node.close()
         rclpy.try_shutdown()
 
 
@@ -94,5 +108,6 @@ def main(arguments: list[str], announce=None) -> int:
               "usage: flight node sim_nodes/recorder --ros-args -p scenario:=cubli_asteroid -p out:=FOLDER")
         return 0
     prepare_environment()
+    leaving.at_once()
     leaving.keep_imports()
-    return leaving.leave(run_recorder(arguments, announce or tell_errors))
+    leaving.leave(run_recorder(arguments, announce or tell_errors))

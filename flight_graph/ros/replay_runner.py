@@ -133,7 +133,9 @@ class Replayer:
         taken = {stream.topic.port: stream.queue for stream in self._streams}
         stamps, rows = [], []
         for topic in self._answers:
-            times, messages = [t_ns for t_ns, _, _ in taken[topic.port]], [one for _, one, _ in taken[topic.port]]
+            found = [(t_ns, one) for t_ns, one, _ in taken[topic.port]
+                     if t_ns == 0 or topic.formatted is None or not topic.formatted.once]
+            times, messages = [t_ns for t_ns, _ in found], [one for _, one in found]
             stamps.append(np.array(times, np.int64) + self._epoch_ns)
             rows.append(messages if topic.formatted is None else [self._format(topic, message) for message in messages])
         write_topics(folder, self._answers, stamps, rows)

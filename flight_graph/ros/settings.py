@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from rcl_interfaces.msg import ParameterDescriptor
 
 from flight_graph.errors import FlightError
+from flight_graph.ros.parameters import declare_once
 from flight_graph.timebase import J2000, SECOND, duration_ns, period_ns
 
 
@@ -67,7 +68,7 @@ def declare(node, component) -> Settings:
     def get(name, default, doc):
         full = f"graph.{name}" if name != "rate_hz" else name
         description = ParameterDescriptor(description=doc, read_only=True, dynamic_typing=True)
-        return node.declare_parameter(full, default, description).value
+        return declare_once(node, full, default, description)
 
     name = node.get_name()
     pace = get("pace", "realtime", "lockstep: as fast as the graph answers; realtime: on the wall clock")

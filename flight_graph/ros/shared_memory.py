@@ -5,6 +5,7 @@ which no process maps, is a leftover: it leaks space, and with the years a full 
 """
 
 import os
+import sys
 import time
 from pathlib import Path
 
@@ -79,3 +80,15 @@ def _mapped() -> set[str]:
             names = (line.rpartition("/dev/shm/")[2].split(" ")[0] for line in text.splitlines() if "/dev/shm/" in line)
             found |= {name.removeprefix("sem.").removesuffix("_mutex").removesuffix("_el") for name in names}
     return found
+
+
+def clean_after(pid: int) -> None:
+    """Wait until a process has ended, and remove what it left."""
+    deadline = time.monotonic() + 10.0
+    while Path("/proc", str(pid)).exists() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    clean_up()
+
+
+if __name__ == "__main__":
+    clean_after(int(sys.argv[1]))

@@ -18,18 +18,12 @@ import time
 import traceback
 import warnings
 
-_PR_SET_PDEATHSIG = 1
+from flight_graph.engines.child_process import die_with_parent
+
 _PR_SET_NAME = 15
 _LOOK_S = 0.02  # [s] between two looks at children and orders
 PROGRAMS = {"recorder": "flight_graph.ros.recorder_node:run_recorder",
             "replayer": "flight_graph.ros.replay_runner:run_replayer"}
-
-
-def die_with_parent(parent: int | None = None) -> None:
-    """Ask the kernel for SIGTERM when the parent process ends; end at once when it is not ``parent`` any more."""
-    ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
-    if parent is not None and os.getppid() != parent:
-        os._exit(1)
 
 
 def name_process(name: str) -> None:
@@ -121,7 +115,7 @@ def _child(spec, parent) -> int:
     try:
         if spec["use"] in PROGRAMS:
             module, _, function = PROGRAMS[spec["use"]].partition(":")
-            return leaving.leave(getattr(importlib.import_module(module), function)(spec["arguments"], announce))
+            leaving.leave(getattr(importlib.import_module(module), function)(spec["arguments"], announce))
         from flight_graph.ros.entry import run_component
         return run_component(spec["use"], spec["name"], spec["arguments"], announce)
     except Exception as error:  # a defect, not a user's mistake: tell it whole

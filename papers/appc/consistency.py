@@ -8,11 +8,20 @@ navigation", 2001, section 5.4).
 
 import numpy as np
 
+from flight_graph.graphs.metric_entry import number
 from flight_math import kernel, vec3
 from sim_nodes.sensors.inertial import WALK_DRAW
 from sim_nodes.sensors.white_noise import white_noise
 
 TIMES = (1, 2, 5, 10, 20, 40, 59)  # [s] at which NEES is taken
+METRICS = (
+    *(number(f"nees_{at}s", "1", f"normalised estimation error squared at {at} s; chi-square with 6 degrees of freedom",
+             "the run is shorter") for at in TIMES),
+    number("nis_mean", "1", "mean normalised innovation squared of the star tracker, of mean 3", "nothing was measured"),
+    number("nis_count", "1", "measurements of the star tracker that were judged"),
+    number("innovations_rejected", "1", "measurements that the filter took for outliers"),
+    number("attitude_error_rms_rad", "rad", "estimate against truth, from 10 s on", "the run is shorter"),
+)
 
 
 def filter_consistency(scenario, signals, seconds) -> dict:

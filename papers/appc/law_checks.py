@@ -8,6 +8,7 @@ import math
 from functools import lru_cache
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from papers.appc import printed_law as law
 
@@ -90,7 +91,7 @@ def estimate_in_proof(learning=1.0):
     rho = np.array([law.bounds(t)[0] for t in run.t])[:, None]
     most = np.abs(law.L_A * (rho - law.RHO_A_INF) * run.angles / rho**2).max()
     constant = most / ((1.0 / rho).min() * law.K_A)
-    grown = learning * law.ETA_A * np.trapezoid(np.abs(law.transform(run.angles / rho)), run.t, axis=0).max()
+    grown = learning * law.ETA_A * trapezoid(np.abs(law.transform(run.angles / rho)), run.t, axis=0).max()
     return bool(grown < 1e-9), f"it would be {constant:.1f}, and falls by {grown:.3f} within 3 s, as v_hat grows"
 
 

@@ -1,50 +1,77 @@
 """Metrics of a run of the Cubli rover.
 
-Source of the definitions: Aerospace 2022, 9(11), 728, sections 3.2, 4.1 and 5, made exact where the paper is silent:
-
-=================== ==================================================================================================
-xi_a_max, xi_u_max  largest |xi_a|, |xi_u| of any axis; below 1: the funnels hold
-settling_time_s     last time any |e_a| > 0.008 rad; never settled within the run: null
-overshoot_percent   largest excursion of the other sign over the initial angle, all axes
-tail_rad            largest |e_a| of the last sixth of the run
-rate_axis_max       largest |omega_i| [rad/s];  rate_norm_max: largest |omega|
-torque_peak         largest |u_i| [N m];  torque_late: of the last sixth;  effort: integral of u.u dt [N^2 m^2 s]
-normal_force_min    smallest normal force in m g, from true state, torque and disturbance; negative: contact is lost
-friction_ratio_max  largest ratio of tangential to normal force (1e6 where contact is lost)
-wheel_speed_max     largest wheel speed [rad/s];  limit_eq9: the rate limit of eq. (9) [rad/s]
-nees_10s, nis_mean  consistency of the attitude filter, see `papers.appc.consistency`
-proof_a_excess, ... what weighs the proof and the model, see `papers.appc.motion_metrics`
-lift_first_s, ...   first and last time of a negative normal force or flight, and of |omega| above the limit of eq. (9)
-=================== ==================================================================================================
-
-Errors are those of the true state (the angles themselves: the reference is zero), funnels those of the law.
-
-A plant that simulates its contact (`cubli/truth/contact`) gives the forces itself, and the metrics are those of the
-time until its run was decided (a landing, a fall):
-
-=================== ==================================================================================================
-slip_first_s        first time outside the friction cone;  lift_off_s: first time without contact (null: never)
-end_s, outcome      when the run was decided, and how: 0 not at all, 1 landed after a flight, 2 fell, 3 jammed sliding
-flight_time_s, ...  time in the air and time sliding [s]
-hop_height          largest height of the corner above the ground [m];  hop_distance: from where it stood first [m]
-touching_speed      speed of the corner that touched, into the ground [m/s]
-=================== ==================================================================================================
+Source of the definitions: Aerospace 2022, 9(11), 728, sections 3.2, 4.1 and 5, made exact where the paper is silent.
+Errors are those of the true state (the angles themselves: the reference is zero), funnels those of the law. A plant that
+simulates its contact (`cubli/truth/contact`) gives the forces itself, and the metrics are those of the time until its run
+was decided (a landing, a fall).
 """
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from cubli_ros import jump_condition
 from cubli_ros.attitude import rotation_matrix
+from flight_graph.graphs.glossary import number, recorded
 from flight_math import Vec3, plain, sincos
+from papers.appc import consistency, motion_metrics
 from papers.appc.consistency import filter_consistency
 from papers.appc.motion_metrics import has_proof, moments, proof_metrics, rate_error_jump, wheel_work
 
 SETTLED = 0.008  # [rad]
 TRUTH, COMMAND, FUNNEL, CONTACT = "cubli/truth", "cubli/wheel_command", "cubli/funnel", "cubli/truth/contact"
+NO_FUNNEL = "this law has no funnel"
+METRICS = (
+    number("xi_a_max", "1", "largest |xi_a| of any axis; below 1: the attitude funnel holds", NO_FUNNEL, headline=True),
+    number("xi_u_max", "1", "largest |xi_u| of any axis; below 1: the rate funnel holds", NO_FUNNEL, headline=True),
+    number("xi_u_initial", "1", "largest |xi_u| at the start", NO_FUNNEL),
+    *(number(f"adaptive_{loop}_{axis}", "1", f"adaptive gain v_hat_{loop} of axis {axis} at the end", NO_FUNNEL)
+      for loop in "au" for axis in "xyz"),
+    number("rearmed", "1", "how often the funnels were opened anew", NO_FUNNEL),
+    number("samples_outside", "1", "samples of the law outside of a funnel", NO_FUNNEL),
+    number("settling_time_s", "s", "last time any |e_a| > 0.008 rad", "not settled within the run", headline=True),
+    number("overshoot_percent", "%", "largest excursion of an axis beyond zero, over the largest initial |angle|",
+           "it starts settled, within 0.008 rad"),
+    number("tail_rad", "rad", "largest |e_a| of the last sixth of the run", headline=True),
+    number("rate_axis_max", "rad/s", "largest |omega_i|"),
+    number("rate_norm_max", "rad/s", "largest |omega|", headline=True),
+    number("rate_across_max", "rad/s", "largest rate across the body diagonal"),
+    number("torque_peak", "N m", "largest |u_i|", headline=True),
+    number("torque_late", "N m", "largest |u_i| of the last sixth of the run"),
+    number("effort", "N^2 m^2 s", "integral of u.u"),
+    number("effort_20s", "N^2 m^2 s", "integral of u.u over the first 20 s"),
+    number("normal_force_min", "m g", "smallest normal force, from true state, torque and disturbance; below 0: the ground "
+           "would have to pull", headline=True, smallest_is_worst=True),
+    number("friction_ratio_max", "1", "largest ratio of tangential to normal force", "contact is lost"),
+    number("wheel_speed_max", "rad/s", "largest wheel speed"),
+    number("limit_eq9", "rad/s", "rate limit of eq. (9)"),
+    number("limit_3d", "rad/s", "rate limit about the corner"),
+    number("tilt_initial_rad", "rad", "between the body diagonal and up, at the start"),
+    number("lift_first_s", "s", "first time of a negative normal force or of flight", "contact is never lost"),
+    number("lift_last_s", "s", "last such time", "contact is never lost"),
+    number("over_limit_first_s", "s", "first time of |omega| above the limit of eq. (9)", "it stays below"),
+    number("over_limit_last_s", "s", "last such time", "it stays below"),
+    number("slip_time_s", "s", "time outside the friction cone"),
+    number("slip_first_s", "s", "first time outside the friction cone", "it never slips"),
+    number("lift_off_s", "s", "first time without contact", "it stays on the ground"),
+    number("end_s", "s", "when the run was decided", "it was not, it stayed up"),
+    number("outcome", "1", "how it was decided: 0 not at all, 1 landed after a flight, 2 fell, 3 jammed sliding"),
+    number("flight_time_s", "s", "time in the air"),
+    number("sliding_time_s", "s", "time sliding"),
+    number("hop_height", "m", "largest height of the corner above the ground"),
+    number("hop_distance", "m", "largest distance of the corner from where it stood first"),
+    number("touching_speed", "m/s", "speed of the corner that touched, into the ground"),
+    *motion_metrics.METRICS, *consistency.METRICS,
+)
+TRACES = (
+    recorded("attitude error", "rad", "largest of the three angles", TRUTH, "angles", reduce="largest"),
+    recorded("rate", "rad/s", "|omega|", TRUTH, "rates", reduce="norm"),
+    recorded("torque", "N m", "largest of the three wheels", COMMAND, "effort", reduce="largest"),
+    recorded("wheel speed", "rad/s", "largest of the three wheels", TRUTH, "wheel_speed", reduce="largest"),
+)
 
 
 def compute(scenario, signals) -> dict:
-    """Metrics of a run: see the module's table."""
+    """Metrics of a run, see METRICS."""
     values = scenario.graph.nodes["plant"].values
     consistency = filter_consistency(scenario, signals, seconds)
     signals = until_decided(scenario, signals)
@@ -65,11 +92,10 @@ def compute(scenario, signals) -> dict:
     error = np.abs(angles).max(axis=1)
     late = np.flatnonzero(error > SETTLED)
     settled = None if len(late) and late[-1] == len(t) - 1 else float(t[late[-1]]) if len(late) else 0.0
-    initial = angles[0]
     result = {
         **funnel_maxima(signals),
         "settling_time_s": settled,
-        "overshoot_percent": float(100.0 * np.max(-angles / np.where(initial == 0.0, np.inf, initial))),
+        "overshoot_percent": overshoot(angles),
         "tail_rad": float(error[t >= t[-1] * 5.0 / 6.0].max()),
         "rate_axis_max": float(np.abs(rates).max()),
         "rate_norm_max": float(norm.max()),
@@ -79,7 +105,7 @@ def compute(scenario, signals) -> dict:
         "effort": effort(command, scenario, np.inf),
         "effort_20s": effort(command, scenario, 20.0),
         "normal_force_min": float(normal_force.min()),
-        "friction_ratio_max": float(friction_ratio.max()),
+        "friction_ratio_max": jump_condition.largest_ratio(friction_ratio),
         "wheel_speed_max": float(np.abs(truth["wheel_speed"]).max()),
         "limit_eq9": float(limit),
         "limit_3d": float(plain(jump_condition.corner_rate_limit)(values["gravity"], values["length"], cosine)),
@@ -101,6 +127,13 @@ def compute(scenario, signals) -> dict:
     return result
 
 
+def overshoot(angles) -> float | None:
+    """Largest excursion [%] of angles (n, 3) beyond zero, over the largest initial one; None where they start settled."""
+    initial = angles[0]
+    step = np.abs(initial).max()
+    return float(100.0 * np.max(-angles * np.sign(initial)) / step) if step > SETTLED else None
+
+
 def until_decided(scenario, signals) -> dict:
     """The signals of a run, up to the moment at which the plant's contact decided it."""
     kept = {topic: signals[topic] for topic in (TRUTH, COMMAND, FUNNEL, CONTACT) if topic in signals}
@@ -113,7 +146,7 @@ def until_decided(scenario, signals) -> dict:
 
 
 def contact_metrics(contact, values, scenario) -> dict:
-    """Events and motion of the contact: see the module's table."""
+    """Events and motion of the contact."""
     last = contact[-1]
     step = (seconds(contact, scenario)[-1] / (len(contact) - 1)) if len(contact) > 1 else 0.0
     tilt, azimuth = values["tilt"], values["azimuth"]
@@ -165,7 +198,7 @@ def effort(command, scenario, until_s) -> float:
     node = next(node.name for node, _, signal in scenario.graph.outputs() if signal.topic == COMMAND)
     period = scenario.graph.nodes[node].period_ns / 1e9
     if len(t) > 1 and t[1] - t[0] > 1.5 * period:
-        return float(np.trapezoid(power, t[t <= until_s]))
+        return float(trapezoid(power, t[t <= until_s]))
     return float(power.sum() * period)
 
 

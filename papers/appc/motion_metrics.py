@@ -3,31 +3,40 @@
 Source: Aerospace 2022, 9(11), 728, eq. (3), (5), (20)-(41), (43). With the paper's names, p_l the smallest 1 / rho, R_h
 the largest R of the run and v = R_h / (p_l k), per axis and for each loop i = a, u,
 
-    V_i = 1/2 ln(1 / (1 - xi_i^2)) + k_i p_l / (2 eta_i) (v_i - v_hat_i)^2,
+    V_i = 1/2 ln(1 / (1 - xi_i^2)) + k_i p_l / (2 eta_i) (v_i - v_hat_i)^2.
 
-======================== =============================================================================================
-proof_a_excess           largest V_a' + lambda_a p_l eps_a^2 of any axis [1/s], not above zero by eq. (24), (31)
-proof_u_excess           the same of V_u, eq. (38)
-proof_a_growth, _u_      largest V_i(t) - V_i(0), which eq. (25), (32), (40) say is not above zero
-proof_a_bound, _u_       bound on |xi_i| that follows, sqrt(1 - exp(-2 V_i(0))), largest of the axes
-rate_error_jump          largest change of e_u from one record to the next in which some xi_a changes sign [rad/s]
-gyroscopic_moment        largest |omega x (Theta omega + J_w Omega)|, about the corner [N m], left out in eq. (3), (5)
-gravity_moment           largest |M_g| [N m];  torque_norm: largest |u| [N m]
-wheel_work               integral of |u_i Omega_i| dt, all wheels [J]
-======================== =============================================================================================
-
+By eq. (24), (31), (38) V_i' + lambda_i p_l eps_i^2 is not above zero, and so by eq. (25), (32), (40) V_i(t) - V_i(0).
 The proof is of the law as printed, with its switching smoothed and gravity not fed forward; other runs have none of
 it, nor have those that leave a funnel or do not adapt. Moments are those of a plant with wheels and a contact.
 """
 
 import numpy as np
+from scipy.integrate import trapezoid
+
+from flight_graph.graphs.metric_entry import number
 
 LOOPS = {"a": ("attitude_xi", "attitude_error", "attitude_bound"), "u": ("rate_xi", "rate_error", "rate_bound")}
 
+NO_PROOF = "the run leaves a funnel, or the law does not adapt"
+METRICS = (
+    *(entry for loop in LOOPS for entry in (
+        number(f"proof_{loop}_excess", "1/s", f"largest V_{loop}' + lambda_{loop} p_l eps_{loop}^2 of any axis", NO_PROOF),
+        number(f"proof_{loop}_growth", "1", f"largest V_{loop}(t) - V_{loop}(0)", NO_PROOF),
+        number(f"proof_{loop}_bound", "1", f"bound on |xi_{loop}| that follows, sqrt(1 - exp(-2 V_{loop}(0))), largest of "
+               "the axes", NO_PROOF))),
+    number("rate_error_jump", "rad/s", "largest change of e_u from one record to the next in which some xi_a changes sign; "
+           "0 without such a change"),
+    number("gyroscopic_moment", "N m", "largest |omega x (Theta omega + J_w Omega)| about the corner, which eq. (3), (5) "
+           "leave out"),
+    number("gravity_moment", "N m", "largest |M_g|"),
+    number("torque_norm", "N m", "largest |u|"),
+    number("wheel_work", "J", "integral of |u_i Omega_i| dt, all wheels"),
+)
+
 
 def wheel_work(t, truth, torque) -> float:
-    """See the module's table; t (n,) [s], torque (n, 3) [N m]."""
-    return float(np.trapezoid(np.abs(torque * truth["wheel_speed"]).sum(axis=1), t))
+    """Integral of |u_i Omega_i| dt [J]; t (n,) [s], torque (n, 3) [N m]."""
+    return float(trapezoid(np.abs(torque * truth["wheel_speed"]).sum(axis=1), t))
 
 
 def moments(truth, torque, values) -> dict:
@@ -53,7 +62,7 @@ def gravity_moment(truth, values) -> np.ndarray:
 
 
 def rate_error_jump(funnel) -> float:
-    """See the module's table; 0.0 where no xi_a changes sign."""
+    """Largest change of e_u [rad/s] where a xi_a changes sign; 0.0 where no xi_a changes sign."""
     side = np.sign(funnel["attitude_xi"])
     switched = (side[1:] != side[:-1]).any(axis=1)
     change = np.abs(np.diff(funnel["rate_error"], axis=0)).max(axis=1)

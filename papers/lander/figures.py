@@ -235,9 +235,9 @@ def draw(folder, progress=None, kept=None) -> list[Path]:
 
     kept(scenario) gives the signals of a run from its bag (`flight_graph.claims.kept_runs`).
     """
+    from flight_graph.campaigns.cases import Cases
     from flight_graph.graphs.scenario import load
     from flight_graph.runs import simulate
-    from flight_graph.sweeps.sweep import Sweep
     names = ["lander_nominal", "lander_unconstrained", "lander_pd", "lander_estimated", "lander_bennu"]
     drawn, made = [], kept or simulate
     for number, name in enumerate(names):
@@ -250,10 +250,10 @@ def draw(folder, progress=None, kept=None) -> list[Path]:
                              Path(folder) / "lander_constraints.png"))
     if progress:
         progress(len(names) + 1, len(names) + 2, "lander_constraints")
-    rows, logs = {}, {}
+    rows = {}
     for title, name in (("perfect", "lander_monte_carlo"), ("perturbed", "lander_monte_carlo_perturbed")):
-        sweep = Sweep(load(name))
-        rows[title] = [sweep.run(case, logs=logs).metrics for case in sweep.cases()]
+        cases = Cases(load(name))
+        rows[title] = [row.metrics for row in cases.rows(range(cases.vary.count))]
     drawn.append(scatter(rows, Path(folder) / "lander_monte_carlo.png"))
     if progress:
         progress(len(names) + 2, len(names) + 2, "lander_monte_carlo")

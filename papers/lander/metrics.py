@@ -1,56 +1,89 @@
-"""Metrics of a landing.
+"""Metrics of a landing. Definitions are ours: the paper's public text names no numbers.
 
-Definitions (ours; the paper's public text names no numbers):
-
-===================== ================================================================================================
-landed                1 when the contact trigger fired within the run
-touchdown_time_s      time of the contact trigger; null where it never fired
-lateral_m, speed_mps, attitude_deg, rate_dps   true state at the trigger, or at the end of the run
-height_m, height_min_m   z_D of the last true state, and the smallest
-clearance_min_m       smallest clearance d at |r| > 20 m, and when (clearance_min_time_s); clearance_min_all_m: anywhere
-los_max_deg           largest angle between -z_B and the goal at |r| > 5 m
-clearance_violation_s, los_violation_s   time with d < 0; time beyond the view cone at |r| > 5 m
-delta_v_mps           integral of |f|/m;  torque_impulse_Nms: integral of |tau|
-force_peak_N, torque_peak_Nm   largest component of the delivered wrench;  speed_max_mps
-saturated_s           time with an axis at its limit
-success               1: landed, lateral <= 0.5 m, speed <= 0.1 m/s, attitude <= 3 deg, rate <= 0.2 deg/s, d > 0 all the
-                      way, view angle <= 30 deg at |r| > 5 m
-lyapunov_*            of the law's telemetry up to the trigger: first and last value [J], largest rise of a step [J]
-lyapunov_balance_error   of the true motion, by `papers.lander.energy`: the largest difference over 10 s, nothing
-                      clipped, between the fall of L and what the damping takes in that time, relative to the latter
-saturated_longest_s   longest uninterrupted saturation of the law
-abort_advised         1 when the monitor ever advised to leave;  level_worst: its worst level before the trigger
-nav_*                 estimate against truth, from 60 s after the start to the trigger
-===================== ================================================================================================
+Success: landed, lateral <= 0.5 m, speed <= 0.1 m/s, attitude <= 3 deg, rate <= 0.2 deg/s, clearance above 0 all the way,
+view angle <= 30 deg at |r| > 5 m.
 """
 
 import math
 
 import numpy as np
 
+from flight_graph.graphs.glossary import LandingPoints, flag, number, recorded
 from papers.lander import energy
+from papers.lander.terrain import terrain
 
 LIMITS = {"lateral_m": 0.5, "speed_mps": 0.1, "attitude_deg": 3.0, "rate_dps": 0.2}  # of success, units in the names
 WINDOW, RESOLVED = 10.0, 1e-6  # [s] of the balance of the Lyapunov function, [J] that rounding leaves resolved
 SETTLED = 60.0  # [s] the navigation filter has forgotten its start
+FAR = 1e9  # [m] what the plant's smallest clearance begins with
+AT_END = "true, at the contact trigger, or at the end of a run without one"
+BEFORE = "the true state was not recorded"
+METRICS = (
+    flag("success", "landed within the limits of success, with both constraints kept", headline=True),
+    flag("landed", "the contact trigger fired within the run", headline=True),
+    number("touchdown_time_s", "s", "time of the contact trigger", "it never fired"),
+    number("lateral_m", "m", f"distance from the site's normal; {AT_END}", headline=True),
+    number("speed_mps", "m/s", f"speed relative to the site; {AT_END}", headline=True),
+    number("attitude_deg", "deg", f"angle to the goal's attitude; {AT_END}", headline=True),
+    number("rate_dps", "deg/s", f"turn rate relative to the site; {AT_END}", headline=True),
+    number("touchdown_x_m", "m", "along x (east) of D, at the contact trigger", "not landed"),
+    number("touchdown_y_m", "m", "along y of D, at the contact trigger", "not landed"),
+    number("height_m", "m", "z_D of the last true state"),
+    number("height_min_m", "m", "smallest z_D", smallest_is_worst=True),
+    number("clearance_min_m", "m", "smallest clearance d over the keep-out funnel at |r| > 20 m", "never that far away",
+           headline=True, smallest_is_worst=True),
+    number("clearance_min_time_s", "s", "when that was", "never that far away"),
+    number("clearance_min_all_m", "m", "smallest clearance d anywhere", smallest_is_worst=True),
+    number("los_max_deg", "deg", "largest angle between -z_B and the goal at |r| > 5 m", headline=True),
+    number("clearance_violation_s", "s", "time with d < 0"),
+    number("los_violation_s", "s", "time beyond the view cone at |r| > 5 m"),
+    number("delta_v_mps", "m/s", "integral of |f|/m", headline=True),
+    number("torque_impulse_Nms", "N m s", "integral of |tau|"),
+    number("force_peak_N", "N", "largest component of the delivered force"),
+    number("torque_peak_Nm", "N m", "largest component of the delivered torque"),
+    number("speed_max_mps", "m/s", "largest speed relative to the site"),
+    number("saturated_s", "s", "time with an axis at its limit"),
+    number("propellant_kg", "kg", "propellant used"),
+    number("lyapunov_initial_J", "J", "of the law's telemetry, first value"),
+    number("lyapunov_final_J", "J", "of the law's telemetry, last value up to the trigger"),
+    number("lyapunov_rise_J", "J", "largest rise of a step; below 0: it falls all the way", "there is one value only"),
+    number("lyapunov_balance_error", "1", "of the true motion (`papers.lander.energy`): largest difference over 10 s, "
+           "nothing clipped, between the fall of L and what the damping takes, relative to the latter", BEFORE),
+    number("saturated_longest_s", "s", "longest uninterrupted saturation of the law"),
+    number("twistor_norm_max", "1", "largest norm of the law's twistor"),
+    number("potential_initial_J", "J", "potential at the start"),
+    flag("abort_advised", "the monitor advised to leave at some time before the trigger"),
+    number("level_worst", "1", "the monitor's worst level before the trigger: 0 ok, 1 warning, 2 error, 3 stale"),
+    number("nav_position_rms_m", "m", "estimate against truth, per axis, from 60 s after the start to the trigger"),
+    number("nav_position_over_limit", "1", "the same over 0.02 m + 0.002 |r|"),
+    number("nav_velocity_rms_mps", "m/s", "the same of the velocity"),
+    number("nav_attitude_rms_deg", "deg", "the same of the attitude"),
+    number("nav_rate_rms_dps", "deg/s", "the same of the turn rate"),
+)
+SUMMARY = "lander/truth/summary"
+TRACES = (
+    recorded("lateral distance", "m", "from the site's normal", SUMMARY, "lateral"),
+    recorded("speed", "m/s", "relative to the site", SUMMARY, "speed"),
+    recorded("attitude error", "deg", "to the goal's attitude", SUMMARY, "attitude_error", scale=math.degrees(1.0)),
+    recorded("delta-v", "m/s", "used so far", SUMMARY, "delta_v"),
+)
+LANDING = LandingPoints("touchdown_x_m", "touchdown_y_m", terrain)
 
 
 def compute(scenario, signals) -> dict:
-    """Metrics of a run: see the module's table."""
-    last = signals["lander/truth/summary"][-1]
+    """Metrics of a run, see METRICS."""
+    last = signals[SUMMARY][-1]
     landed = bool(last["landed"])
     end = float(last["time"]) if landed else math.inf
     found = {
-        "landed": int(landed),
-        "touchdown_time_s": end,
+        "landed": landed,
+        "touchdown_time_s": end if landed else None,
         "lateral_m": float(last["lateral"]),
-        "height_m": final_height(signals),
-        "height_min_m": smallest_height(signals),
         "speed_mps": float(last["speed"]),
         "attitude_deg": math.degrees(last["attitude_error"]),
         "rate_dps": math.degrees(last["rate"]),
-        "clearance_min_m": float(last["clearance_min"]),
-        "clearance_min_time_s": float(last["clearance_min_time"]),
+        "clearance_min_m": float(last["clearance_min"]) if last["clearance_min"] < FAR else None,
+        "clearance_min_time_s": float(last["clearance_min_time"]) if last["clearance_min"] < FAR else None,
         "clearance_min_all_m": float(last["clearance_min_all"]),
         "los_max_deg": math.degrees(last["view_max"]),
         "clearance_violation_s": float(last["clearance_violation"]),
@@ -64,10 +97,10 @@ def compute(scenario, signals) -> dict:
         "propellant_kg": float(last["propellant"]),
     }
     cone = math.degrees(scenario.graph.nodes["plant"].values["view_half_angle"])
-    found["success"] = int(
+    found["success"] = bool(
         landed and all(found[name] <= limit for name, limit in LIMITS.items())
         and found["clearance_min_all_m"] > 0.0 and found["los_max_deg"] <= cone)
-    return {**found, **law(scenario, signals, end), **verdict(scenario, signals, end),
+    return {**found, **places(signals, landed), **law(scenario, signals, end), **verdict(scenario, signals, end),
             **navigation(scenario, signals, end)}
 
 
@@ -77,14 +110,14 @@ def seconds(records, scenario) -> np.ndarray:
     return (stamp["sec"].astype(np.int64) * 10**9 + stamp["nanosec"] - scenario.epoch_ns) / 1e9
 
 
-def final_height(signals):
-    """z_D [m] of the last true state; NaN where the truth was not recorded."""
-    return float(signals["lander/truth"]["site_position"][-1, 2]) if "lander/truth" in signals else math.nan
-
-
-def smallest_height(signals):
-    """Smallest z_D [m] of the true states; NaN where the truth was not recorded."""
-    return float(signals["lander/truth"]["site_position"][:, 2].min()) if "lander/truth" in signals else math.nan
+def places(signals, landed) -> dict:
+    """Where it is at the end, and was; {} where the truth was not recorded."""
+    if "lander/truth" not in signals:
+        return {}
+    position = signals["lander/truth"]["site_position"]
+    x, y = position[-1, :2] if landed else (None, None)  # the state is held from the contact on
+    return {"touchdown_x_m": x, "touchdown_y_m": y, "height_m": float(position[-1, 2]),
+            "height_min_m": float(position[:, 2].min())}
 
 
 def law(scenario, signals, end) -> dict:
@@ -97,7 +130,7 @@ def law(scenario, signals, end) -> dict:
     return {
         "lyapunov_initial_J": float(values[0]),
         "lyapunov_final_J": float(values[-1]),
-        "lyapunov_rise_J": float(np.diff(values).max(initial=-math.inf)),
+        "lyapunov_rise_J": float(np.diff(values).max()) if len(values) > 1 else None,
         "lyapunov_balance_error": balance_error(scenario, signals, end),
         "saturated_longest_s": float(records["saturated_for"].max()),
         "twistor_norm_max": float(records["twistor_norm"].max()),
@@ -106,9 +139,9 @@ def law(scenario, signals, end) -> dict:
 
 
 def balance_error(scenario, signals, end):
-    """Of L over windows of the true motion; NaN where the truth was not recorded."""
+    """Of L over windows of the true motion; None where the truth was not recorded."""
     if "lander/truth" not in signals:
-        return math.nan
+        return None
     truth, law = signals["lander/truth"], scenario.graph.nodes["controller"].values
     t = seconds(truth, scenario)
     truth, t = truth[t <= end], t[t <= end]
@@ -133,7 +166,7 @@ def verdict(scenario, signals, end) -> dict:
         return {}
     records = signals["lander/landing_status"]
     records = records[seconds(records, scenario) < end]
-    return {"abort_advised": int(records["abort"].max()), "level_worst": int(records["level"].max())}
+    return {"abort_advised": bool(records["abort"].max()), "level_worst": int(records["level"].max())}
 
 
 def navigation(scenario, signals, end) -> dict:

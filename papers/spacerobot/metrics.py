@@ -3,35 +3,50 @@
 Source of the definitions: Aerospace 2023, 10(8), 679, sections 4.1-4.3, made exact where the paper is silent.
 The window of the root mean squares is t >= 20 s for harmonics (the start is at rest, so the law meets a mismatch of
 velocities first), the whole run otherwise. Errors are those of the true state against the reference.
-
-======================== =============================================================================================
-attitude_rms_deg         of the rotation vector's length, in the window; attitude_tail_deg: of the last 20 s
-joint_rms_deg            of the length of the joint errors' vector; joint_tail_deg likewise
-settling_attitude_s      first time from which the attitude error stays below 0.2 deg; null: never
-settling_joints_s        first time from which every joint error stays below 0.2 deg
-roll_below_1_deg_s       first time with |roll| < 1 deg
-overshoot_deg            of roll beyond its target (steps and slews; 0 for harmonics)
-cross_axis_deg           largest error about the other axes
-prediction_error_rms     [N m] of |Y (pi_hat - pi)| at the true motion, moment and joint rows, in the window
-prediction_below_1e3_s   first time from which it stays below 1e-3 N m; null: never
-torque_peak              [N m] largest torque of any channel; momentum_max: [kg m/s] largest linear momentum
-angular_balance_max      [N m s] largest |angular momentum - impulse|; energy_balance_max: [J] |kinetic energy - work|
-base_drift_max_m         [m] largest distance of the base's origin from where it started
-kinetic_energy_peak_J    [J]; wheel_momentum_max: [N m s]; limited: part of the samples with an actuator at its limit
-ixx_base, iyy_, izz_     estimated over true at the end (1 without an estimator's error); impossible_bodies: at the end
-======================== =============================================================================================
 """
 
 import numpy as np
 
+from flight_graph.graphs.glossary import Trace, number, recorded
 from spacerobot_ros.inertial_parameters import smallest_pseudo_inertia_eigenvalues
 
 SETTLED = 0.2  # [deg]
 WINDOW = 20.0  # [s]
+NO_JUDGE = "this graph has no judge of the prediction"
+METRICS = (
+    number("attitude_rms_deg", "deg", "root mean square of the attitude error's angle, in the window", headline=True),
+    number("joint_rms_deg", "deg", "of the length of the joint errors' vector, in the window", headline=True),
+    number("attitude_tail_deg", "deg", "of the attitude error, last 20 s", headline=True),
+    number("joint_tail_deg", "deg", "of the joint errors, last 20 s", headline=True),
+    number("settling_attitude_s", "s", "first time from which the attitude error stays below 0.2 deg", "it does not"),
+    number("settling_joints_s", "s", "first time from which every joint error stays below 0.2 deg", "they do not"),
+    number("roll_below_1_deg_s", "s", "first time with |roll error| < 1 deg", "it is never so small"),
+    number("overshoot_deg", "deg", "of roll beyond its target", "a harmonic has no target to pass"),
+    number("attitude_peak_deg", "deg", "largest attitude error", headline=True),
+    number("cross_axis_deg", "deg", "largest error about pitch and yaw"),
+    number("prediction_error_rms", "N m", "of |Y (pi_hat - pi)| at the true motion, moment and joint rows, in the window",
+           NO_JUDGE, headline=True),
+    number("prediction_below_1e3_s", "s", "first time from which that stays below 1e-3 N m", f"it does not, or {NO_JUDGE}"),
+    number("parameter_error", "1", "root mean square of (pi_hat - pi) / |pi| at the end", NO_JUDGE),
+    number("torque_peak", "N m", "largest commanded torque of base and joints", headline=True),
+    number("momentum_max", "kg m/s", "largest linear momentum"),
+    number("angular_balance_max", "N m s", "largest |angular momentum - impulse|"),
+    number("energy_balance_max", "J", "largest |kinetic energy - work|"),
+    number("base_drift_max_m", "m", "largest distance of the base's origin from where it started"),
+    number("kinetic_energy_peak_J", "J", "largest kinetic energy"),
+    number("wheel_momentum_max", "N m s", "largest momentum of a wheel"),
+    number("limited", "1", "part of the samples with an actuator at its limit"),
+    *(number(f"i{axis}{axis}_base", "1", f"the base's I{axis}{axis}, estimated over true, at the end") for axis in "xyz"),
+    number("ixx_base_hat", "kg m^2", "the base's Ixx, estimated, at the end"),
+    number("impossible_bodies", "1", "bodies of the estimate that cannot exist, at the end"),
+    number("skipped", "1", "measurements that were not finite"),
+    number("repaired", "1", "times the covariance had lost symmetry or positivity"),
+    number("frozen", "1", "samples left out because an actuator was at its limit"),
+)
 
 
 def compute(scenario, signals) -> dict:
-    """Metrics of a run: see the module's table."""
+    """Metrics of a run, see METRICS."""
     truth, reference = signals["spacerobot/truth"], signals["spacerobot/reference"]
     t = seconds(truth, scenario)
     error = attitude_errors(truth["attitude"], matched(t, reference, scenario)["attitude"])
@@ -50,7 +65,7 @@ def compute(scenario, signals) -> dict:
         "settling_attitude_s": settling(t, attitude),
         "settling_joints_s": settling(t, np.abs(joints).max(axis=1)),
         "roll_below_1_deg_s": first(t, np.abs(roll) < 1.0),
-        "overshoot_deg": 0.0 if harmonic else float(max(0.0, -(np.sign(roll[0]) * roll).min())),
+        "overshoot_deg": None if harmonic else float(max(0.0, -(np.sign(roll[0]) * roll).min())),
         "attitude_peak_deg": float(attitude.max()),
         "cross_axis_deg": float(np.degrees(np.abs(error[:, 1:])).max()),
         **prediction(scenario, signals, window if harmonic else None),
@@ -138,3 +153,29 @@ def estimates(signals) -> dict:
             "impossible_bodies": int((smallest_pseudo_inertia_eigenvalues(estimate) <= 0.0).sum()),
             "skipped": float(telemetry["skipped"]), "repaired": float(telemetry["repaired"]),
             "frozen": float(telemetry["frozen"])}
+
+
+def attitude_error_trace(scenario, signals) -> tuple:
+    """t (n,) [s] and the attitude error's angle (n,) [deg]."""
+    truth = signals["spacerobot/truth"]
+    t = seconds(truth, scenario)
+    desired = matched(t, signals["spacerobot/reference"], scenario)["attitude"]
+    return t, np.degrees(np.linalg.norm(attitude_errors(truth["attitude"], desired), axis=1))
+
+
+def joint_error_trace(scenario, signals) -> tuple:
+    """t (n,) [s] and the length of the joint errors' vector (n,) [deg]."""
+    truth = signals["spacerobot/truth"]
+    t = seconds(truth, scenario)
+    error = matched(t, signals["spacerobot/reference"], scenario)["joints"] - truth["joints"]
+    return t, np.degrees(np.linalg.norm(error, axis=1))
+
+
+TRACES = (
+    Trace("attitude error", "deg", "angle to the reference", ("spacerobot/truth", "spacerobot/reference"),
+          attitude_error_trace),
+    Trace("joint error", "deg", "length of the joint errors' vector", ("spacerobot/truth", "spacerobot/reference"),
+          joint_error_trace),
+    recorded("base torque", "N m", "commanded, length of the vector", "spacerobot/base_command", "wrench.torque",
+             reduce="norm"),
+)

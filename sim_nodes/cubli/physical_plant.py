@@ -21,7 +21,7 @@ Events, looked for at every Runge-Kutta step:
 import math
 
 from cubli_ros.attitude import cardan_from_quaternion, quaternion_from_cardan
-from flight_graph.components.component import Component, Formatted
+from flight_graph.components.component import Component
 from flight_graph.components.records import Choice, field
 from flight_graph.errors import FlightError
 from flight_graph.timebase import SECOND
@@ -40,9 +40,10 @@ from sim_nodes.cubli.contact_events import (
     standing_force,
     touch,
 )
-from sim_nodes.cubli.plant import SITE_FROM_BALANCE, RoverParameters, WheelDrive, transform
+from sim_nodes.cubli.plant import FRAMES, SITE_FROM_BALANCE, RoverParameters, WheelDrive
 from sim_nodes.cubli.reaction_wheels import wheel_torque
 from sim_nodes.gravity.parameters import SiteParameters, resolve_site
+from sim_nodes.sensors.inertial import UNKNOWN
 
 
 class PhysicalPlantParameters(RoverParameters, SiteParameters):
@@ -129,6 +130,7 @@ def output(t_ns, p, x, outputs):
     truth.wheel_speed, truth.torque, truth.disturbance = x.wheel_speed, x.torque, x.disturbance
     truth.gravity = rotate_back(turned, Vec3(0.0, 0.0, -p.gravity))
     attitude.orientation, attitude.angular_velocity = x.attitude, x.rates
+    attitude.linear_acceleration_covariance = UNKNOWN
     wheels.velocity, wheels.effort = x.wheel_speed, x.torque
     pose.orientation, pose.position = turned, x.centre
     report(p, x, turned, outputs.contact)
@@ -159,7 +161,7 @@ class CubliPhysicalPlant(Component):
     output_rate_hz = {"pose": 10.0}
     rate_hz = 100.0
     start, output, update = start, output, update
-    formatted = (Formatted("tf", "tf2_msgs/msg/TFMessage", "pose", transform),)
+    formatted = FRAMES
     resolve = staticmethod(resolve_site)
 
     @classmethod

@@ -12,9 +12,11 @@ from flight_graph.errors import FlightError
 from flight_graph.timebase import SECOND
 from flight_math import Quaternion, Vec3, kernel, rotate, rotate_back, same
 from msg_schemas import cubli
-from msg_schemas.definitions import TYPESTORE
+from msg_schemas.qos import Role
 from sim_nodes.cubli import dynamics
 from sim_nodes.cubli.reaction_wheels import spun, wheel_torque
+from sim_nodes.sensors.inertial import UNKNOWN
+from sim_nodes.transforms import NOWHERE, TYPE, UNTURNED, transforms
 
 # Quaternion x, y, z, w that turns balance-frame coordinates into the site frame: [1, 1, 1] / sqrt(3) goes up.
 _HALF = 0.5 * math.acos(1.0 / math.sqrt(3.0))  # [rad]
@@ -77,6 +79,7 @@ def output(t_ns, p, x, truth, attitude, wheels, pose):
     truth.accelerations = dynamics.paper_acceleration(p, gravity, x.torque, x.disturbance)
     truth.wheel_speed, truth.torque, truth.disturbance = x.wheel_speed, x.torque, x.disturbance
     attitude.orientation, attitude.angular_velocity = orientation, x.rates
+    attitude.linear_acceleration_covariance = UNKNOWN
     wheels.velocity, wheels.effort = x.wheel_speed, x.torque
     pose.pose.orientation = SITE_FROM_BALANCE * orientation
     pose.pose.position = rotate(pose.pose.orientation, same(0.5 * p.length))  # the centre
@@ -94,15 +97,19 @@ def update(t_ns, p, x, command):
     x.wheel_speed = spun(p, x.wheel_speed, x.torque, x.rates - before)
 
 
-def transform(record):
-    """site -> cubli_base as a TFMessage."""
-    types = TYPESTORE.types
-    time = types["builtin_interfaces/msg/Time"](int(record.header.stamp.sec), int(record.header.stamp.nanosec))
-    pose = record.pose
-    return types["tf2_msgs/msg/TFMessage"]([types["geometry_msgs/msg/TransformStamped"](
-        types["std_msgs/msg/Header"](time, cubli.SITE), cubli.BASE, types["geometry_msgs/msg/Transform"](
-            types["geometry_msgs/msg/Vector3"](*map(float, pose.position)),
-            types["geometry_msgs/msg/Quaternion"](*map(float, pose.orientation))))])
+def moving_frame(record):
+    """site -> cubli_base."""
+    return transforms(record.header.stamp, (cubli.SITE, cubli.BASE, record.pose.position, record.pose.orientation))
+
+
+def fixed_frames(record):
+    """site -> cubli_balance, cubli_base -> imu_link."""
+    return transforms(record.header.stamp, (cubli.SITE, cubli.BALANCE, NOWHERE, SITE_FROM_BALANCE.parts()),
+                      (cubli.BASE, cubli.IMU_LINK, NOWHERE, UNTURNED))
+
+
+FRAMES = (Formatted("tf", TYPE, "pose", moving_frame),
+          Formatted("tf_static", TYPE, "pose", fixed_frames, Role.LATCHED, once=True))
 
 
 class CubliPlant(Component):
@@ -115,7 +122,7 @@ class CubliPlant(Component):
     output_rate_hz = {"pose": 10.0}
     rate_hz = 100.0
     start, output, update = start, output, update
-    formatted = (Formatted("tf", "tf2_msgs/msg/TFMessage", "pose", transform),)
+    formatted = FRAMES
 
     @classmethod
     def check(cls, values, where):

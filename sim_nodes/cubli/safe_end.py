@@ -1,17 +1,5 @@
 """How a run of the rover with faults ended, from the truth of the physical plant.
 
-=================== ==================================================================================================
-end                 balanced, held, resting (on its way down), let down, passive (down without torque or law), leaning
-                    (lost, but still up), fell (touched down faster than TOUCH or with more than SPIN), jumped, jammed
-is_safe             whether that is balanced, held, resting, let down or passive, and no limit was broken
-tilt_max            largest angle between the body diagonal and up [rad], until the run was decided
-attitude_error_max  largest error of an attitude that was said to be valid, from 1 s on [rad]; null without estimate
-rate_across_max     largest rate across the body diagonal [rad/s];  spin_max: along it;  wheel_speed_max [rad/s]
-normal_force_min    smallest normal force in m g;  friction_ratio_max: largest ratio of tangential to normal force
-lift_off_s, slip_s  first time without contact, and outside the friction cone; null: never
-touch_s             when another corner touched down; null: not at all;  touching_speed [m/s]
-=================== ==================================================================================================
-
 Limits: no lift-off; a touch-down no faster than TOUCH, which from a corner that is let go, without any torque, is 0.012 m/s
 on the asteroid's 0.002 m/s^2.
 """
@@ -21,17 +9,41 @@ import math
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from cubli_ros.jump_condition import largest_ratio
 from flight_graph.graphs.fault_scores import times
+from flight_graph.graphs.glossary import flag, number, recorded, word
 
 TOUCH, SPIN = 0.015, 0.5  # [m/s], [rad/s]
 UPRIGHT, HELD, SETTLING = 0.05, 0.35, 0.01  # [rad] balanced and held within this tilt; [rad/s] and rate at the end
 BALANCE, HOLD, REST = 0, 1, 2  # modes of `cubli_ros.mode_manager`
 LANDED, FELL, JAMMED = 1, 2, 3
 SAFE = ("balanced", "held", "resting", "let down", "passive")
+METRICS = (
+    word("end", "balanced, held, resting (on its way down), let down, passive (down without torque or law), leaning (lost, "
+         f"but still up), fell (touched down faster than {TOUCH} m/s or with more than {SPIN} rad/s), jumped, jammed"),
+    flag("is_safe", "the end is balanced, held, resting, let down or passive, and no limit was broken", headline=True),
+    number("tilt_max", "rad", "largest angle between the body diagonal and up, until the run was decided", headline=True),
+    number("attitude_error_max", "rad", "largest error of an attitude that was said to be valid, from 1 s on",
+           "there was none", headline=True),
+    number("rate_across_max", "rad/s", "largest rate across the body diagonal", headline=True),
+    number("spin_max", "rad/s", "largest rate along the body diagonal"),
+    number("wheel_speed_max", "rad/s", "largest wheel speed"),
+    number("normal_force_min", "m g", "smallest normal force", headline=True, smallest_is_worst=True),
+    number("friction_ratio_max", "1", "largest ratio of tangential to normal force", "contact is lost"),
+    number("lift_off_s", "s", "first time without contact", "it stays on the ground"),
+    number("slip_s", "s", "first time outside the friction cone", "it never slips"),
+    number("touch_s", "s", "when another corner touched down", "none did"),
+    number("touching_speed", "m/s", "speed of that corner, into the ground", "none did"),
+)
+TRACES = (
+    recorded("rate", "rad/s", "|omega|", "cubli/truth", "rates", reduce="norm"),
+    recorded("wheel speed", "rad/s", "largest of the three wheels", "cubli/truth", "wheel_speed", reduce="largest"),
+    recorded("normal force", "m g", "at the corner", "cubli/truth/contact", "normal_force"),
+)
 
 
 def compute(scenario, signals) -> dict:
-    """Metrics of a run: see the module's table."""
+    """Metrics of a run, see METRICS."""
     contact, truth = signals["cubli/truth/contact"], signals["cubli/truth"]
     t, last = times(scenario, truth), contact[-1]
     running = contact["phase"] != 2.0
@@ -48,7 +60,7 @@ def compute(scenario, signals) -> dict:
         "spin_max": float(spin[running].max()),
         "wheel_speed_max": float(np.abs(truth["wheel_speed"]).max()),
         "normal_force_min": float(contact["normal_force"][running].min()),
-        "friction_ratio_max": float(contact["friction_ratio"][running].max()),
+        "friction_ratio_max": largest_ratio(contact["friction_ratio"][running]),
         "lift_off_s": _time(last["lift_off_time"]), "slip_s": _time(last["slip_time"]), "touch_s": _time(last["end_time"]),
         "touching_speed": float(last["touching_speed"]) if last["end_time"] >= 0.0 else None,
     }

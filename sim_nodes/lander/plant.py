@@ -14,9 +14,10 @@ from flight_graph.timebase import SECOND
 from flight_math import Mat3, Quaternion, Vec3, atan2, kernel, largest, norm, transpose, uncompiled, vector_part
 from lander_ros.feed_forward import site_in_landing_frame
 from lander_ros.landing_checks import require_vehicle
+from lander_ros.navigation_filter import spin_quaternion
 from lander_ros.twistor import unit_quaternion
 from msg_schemas import lander
-from msg_schemas.definitions import TYPESTORE
+from msg_schemas.qos import Role
 from sim_nodes.gravity.ellipsoid import EROS_LIKE_SPIN, checked_ellipsoid_site, ellipsoid_gravity
 from sim_nodes.lander import start as starts
 from sim_nodes.lander.descent import watched
@@ -24,6 +25,7 @@ from sim_nodes.lander.dynamics import ELLIPSOID, Motion, attitude_matrix, motor,
 from sim_nodes.lander.site import SiteState, prepare_site, site_orientation
 from sim_nodes.lander.thruster_failures import ThrusterFailures, Watchdog, watched_command
 from sim_nodes.lander.thrusters import apply_thrusters
+from sim_nodes.transforms import NOWHERE, TYPE, transforms
 
 REFERENCE = "reference scenario (ours)"
 
@@ -179,6 +181,8 @@ def output(t_ns, p, x, outputs):
     odometry.pose.pose.position, odometry.pose.pose.orientation = x.position, x.attitude
     odometry.twist.twist.linear, odometry.twist.twist.angular = velocity.dual, velocity.real
     outputs.pose.pose.position, outputs.pose.pose.orientation = x.position, x.attitude
+    outputs.frames.position, outputs.frames.attitude = x.position, x.attitude
+    outputs.frames.inertial = spin_quaternion(-p.goal_spin, t_ns / SECOND)
     outputs.goal.pose.position, outputs.goal.pose.orientation = x.site_position, x.site_orientation
     summarise(p, x, outputs.summary)
 
@@ -207,25 +211,15 @@ def summarise(p, x, summary):
     summary.propellant = p.mass - x.mass
 
 
-def transform(record, parent, child):
-    """A stamped pose as a TFMessage parent -> child."""
-    types = TYPESTORE.types
-    time = types["builtin_interfaces/msg/Time"](int(record.header.stamp.sec), int(record.header.stamp.nanosec))
-    pose = record.pose
-    return types["tf2_msgs/msg/TFMessage"]([types["geometry_msgs/msg/TransformStamped"](
-        types["std_msgs/msg/Header"](time, parent), child, types["geometry_msgs/msg/Transform"](
-            types["geometry_msgs/msg/Vector3"](*map(float, pose.position)),
-            types["geometry_msgs/msg/Quaternion"](*map(float, pose.orientation))))])
+def moving_frames(record):
+    """landing_site -> base_link, and the inertial axes with their origin at the goal."""
+    return transforms(record.header.stamp, (lander.SITE, lander.BASE, record.position, record.attitude),
+                      (lander.SITE, lander.INERTIAL, NOWHERE, record.inertial))
 
 
-def craft_transform(record):
-    """landing_site -> base_link."""
-    return transform(record, lander.SITE, lander.BASE)
-
-
-def site_transform(record):
+def fixed_frame(record):
     """asteroid -> landing_site."""
-    return transform(record, lander.ASTEROID, lander.SITE)
+    return transforms(record.header.stamp, (lander.ASTEROID, lander.SITE, record.pose.position, record.pose.orientation))
 
 
 class LanderPlant(Component):
@@ -234,13 +228,13 @@ class LanderPlant(Component):
     parameters, state = LanderPlantParameters, LanderPlantState
     inputs = {"command": lander.COMMAND}
     outputs = {"truth": lander.TRUTH, "odometry": lander.TRUTH_ODOMETRY, "summary": lander.SUMMARY,
-               "pose": lander.TRUTH_POSE, "goal": lander.GOAL}
-    output_rate_hz = {"summary": 1.0, "pose": 10.0, "goal": 1.0}
+               "pose": lander.TRUTH_POSE, "goal": lander.GOAL, "frames": lander.TRUTH_FRAMES}
+    output_rate_hz = {"summary": 1.0, "pose": 10.0, "goal": 1.0, "frames": 10.0}
     rate_hz = 10.0
     start, update = moving(prepare_site, ELLIPSOID)
     output = output
-    formatted = (Formatted("tf", "tf2_msgs/msg/TFMessage", "pose", craft_transform),
-                 Formatted("tf", "tf2_msgs/msg/TFMessage", "goal", site_transform))
+    formatted = (Formatted("tf", TYPE, "frames", moving_frames),
+                 Formatted("tf_static", TYPE, "goal", fixed_frame, Role.LATCHED, once=True))
 
     @classmethod
     def resolve(cls, values, where, folder=None):

@@ -106,8 +106,7 @@ def sample_altimeter(t_ns, p, x, truth, measured):
     if p.multipath_probability > 0.0 and uniform(p.seed, t_ns, MULTIPATH_DRAW) < p.multipath_probability:
         distance += p.multipath_excess
     noise = sigma * gaussian(p.seed, t_ns, 0) if sigma > 0.0 else 0.0
-    # sensor_msgs/Range: no detection within reach is +-inf (REP 117)
-    measured.range = distance + noise if in_view and distance <= p.reach else -math.inf
+    measured.range = distance + noise if in_view and distance <= p.reach else math.inf  # REP 117
 
 
 class Altimeter(Component):

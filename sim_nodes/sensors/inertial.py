@@ -8,7 +8,7 @@ from flight_math import Quaternion, Vec, Vec3, diagonal, kernel, row_by_row, sam
 from sim_nodes.sensors.white_noise import white_noise
 
 GYRO_DRAW, WALK_DRAW, ACCELEROMETER_DRAW = 0, 3, 6  # [-] first of three draw indices each
-NO_ORIENTATION = Vec(9)(-1.0, *[0.0] * 8)  # [-] orientation_covariance of sensor_msgs/Imu: no orientation is measured
+UNKNOWN = Vec(9)(-1.0, *[0.0] * 8)  # [-] a covariance of sensor_msgs/Imu: what it belongs to is not known
 
 
 class ImuState(State):
@@ -40,7 +40,7 @@ def accelerometer(t_ns, p, specific_force):
 @kernel
 def write_imu(p, rates, specific_force, imu):
     """The message (sensor_msgs/Imu) of a sample: no orientation, rates and specific force with their covariances."""
-    imu.orientation, imu.orientation_covariance = Quaternion(0.0, 0.0, 0.0, 1.0), NO_ORIENTATION
+    imu.orientation, imu.orientation_covariance = Quaternion(0.0, 0.0, 0.0, 1.0), UNKNOWN
     imu.angular_velocity, imu.linear_acceleration = rates, specific_force
     imu.angular_velocity_covariance = row_by_row(diagonal(same(p.gyro_sigma * p.gyro_sigma)))
     imu.linear_acceleration_covariance = row_by_row(diagonal(same(p.accelerometer_sigma * p.accelerometer_sigma)))

@@ -16,10 +16,9 @@ from flight_graph.components.component import Component, Formatted
 from flight_graph.components.records import Array, Choice, State, Vec3, field
 from flight_graph.errors import FlightError
 from flight_graph.timebase import SECOND
-from flight_math import dot, identity3, kernel, outer, rotate, stack_array, vec3
+from flight_math import dot, identity3, kernel, mat3, outer, quaternion_from_matrix, rotate, stack_array, vec3
 from flight_math.dense import copy
 from msg_schemas import spacerobot
-from msg_schemas.definitions import TYPESTORE
 from sim_nodes.spacerobot.actuators import limit_torque, wheels_step
 from sim_nodes.spacerobot.dynamics import (
     ZERO,
@@ -33,6 +32,7 @@ from sim_nodes.spacerobot.dynamics import (
     write_state,
 )
 from sim_nodes.spacerobot.joint_hardware import friction_capacity, pass_on, rubbing_step
+from sim_nodes.transforms import TYPE, transforms
 from spacerobot_ros.ages import Stamp, age
 from spacerobot_ros.dynamics import Inertia, add_inertia, body_inertia, composite_parameters
 from spacerobot_ros.kinematics import posed
@@ -168,7 +168,7 @@ def write_truth(p, x, s, truth):
 
 
 @kernel
-def output(t_ns, p, x, truth, parameters, wheels, pose):
+def output(t_ns, p, x, truth, parameters, wheels, pose, frames):
     if not x.placed:
         x.placed = True
         place(p, x)
@@ -179,6 +179,23 @@ def output(t_ns, p, x, truth, parameters, wheels, pose):
     parameters.pi = x.pi
     wheels.momentum, wheels.limited = s.wheels, x.wheels_limited
     pose.pose.position, pose.pose.orientation = s.position, s.attitude
+    write_frames(p, s, frames)
+
+
+@kernel
+def write_frames(p, s, frames):
+    """Where the base stands, and each link in its parent's axes."""
+    n = len(p.parent)
+    tree = posed(p, s.joints, stack_array(n, 3, 3))
+    parents, offsets, rotations = stack_array(n), stack_array(3 * n), stack_array(4 * n)
+    for i in range(n):
+        q = quaternion_from_matrix(mat3(tree.rotation[i]))
+        rotations[4 * i], rotations[4 * i + 1], rotations[4 * i + 2], rotations[4 * i + 3] = q.x, q.y, q.z, q.w
+        parents[i] = p.parent[i]
+        for k in range(3):
+            offsets[3 * i + k] = p.offset[i][k]
+    frames.position, frames.attitude = s.position, s.attitude
+    frames.parents, frames.offsets, frames.rotations = parents, offsets, rotations
 
 
 @kernel
@@ -247,16 +264,14 @@ def diverged(motion):
     return not within
 
 
-def transform(record):
-    """inertial -> space_robot_base as a TFMessage."""
-    types = TYPESTORE.types
-    time = types["builtin_interfaces/msg/Time"](int(record.header.stamp.sec), int(record.header.stamp.nanosec))
-    pose = record.pose
-    return types["tf2_msgs/msg/TFMessage"]([types["geometry_msgs/msg/TransformStamped"](
-        types["std_msgs/msg/Header"](time, spacerobot.INERTIAL), spacerobot.BASE,
-        types["geometry_msgs/msg/Transform"](
-            types["geometry_msgs/msg/Vector3"](*map(float, pose.position)),
-            types["geometry_msgs/msg/Quaternion"](*map(float, pose.orientation))))])
+def moving_frames(names):
+    """The function of a record of truth/frames that makes the transforms of base and links. names: of the bodies."""
+    def made(record):
+        links = ((names[int(parent)], names[i + 1], record.offsets[3 * i:3 * i + 3], record.rotations[4 * i:4 * i + 4])
+                 for i, parent in enumerate(record.parents))
+        return transforms(record.header.stamp, (spacerobot.INERTIAL, spacerobot.BASE, record.position, record.attitude),
+                          *links)
+    return made
 
 
 def check_initial_joints(values, where):
@@ -278,11 +293,11 @@ def plant(topics: spacerobot.Topics) -> type[Component]:
         inputs = {"base_command": topics.base_command, "joint_command": topics.joint_command, "brakes": topics.brakes}
         optional_inputs = ("brakes",)
         outputs = {"truth": topics.truth, "parameters": topics.true_parameters, "wheels": topics.wheel_state,
-                   "pose": topics.true_pose}
-        output_rate_hz = {"pose": 10.0}
+                   "pose": topics.true_pose, "frames": topics.true_frames}
+        output_rate_hz = {"pose": 10.0, "frames": 10.0}
         rate_hz = 50.0
         start, output, update = start, output, update
-        formatted = (Formatted("tf", "tf2_msgs/msg/TFMessage", "pose", transform),)
+        formatted = (Formatted("tf", TYPE, "frames", moving_frames(topics.frames)),)
         faults = {DIVERGED: "the motion has diverged (a rate is beyond 1e4 rad/s)"}
 
         @classmethod

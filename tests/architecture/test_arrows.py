@@ -16,8 +16,10 @@ PACKAGES = {  # package -> the packages it may import
     "papers": {"msg_schemas", "flight_math", "flight_graph", "cubli_ros", "spacerobot_ros", "lander_ros", "sim_nodes"},
 }
 FLOORS = (  # of flight_graph, from the ground: a module imports its own room and the floors below
-    {"errors", "syntax"}, {"text_files"}, {"timebase", "yaml_text", "xml_text"}, {"components"}, {"bags"},
-    {"faults"}, {"monitors"}, {"graphs"}, {"engines"}, {"recordings"}, {"replays", "sweeps", "claims", "stepping"}, {"c_export"}, {"ros"}, {"runs"}, {"cli"})
+    {"errors", "syntax"}, {"text_files"}, {"timebase", "yaml_text", "xml_text"}, {"sampling", "statistics"}, {"components"},
+    {"bags"},
+    {"faults"}, {"monitors"}, {"graphs"}, {"engines"}, {"recordings"}, {"replays", "campaigns", "claims", "stepping"},
+    {"requirements", "reports", "c_export"}, {"ros"}, {"runs"}, {"cli"})
 
 KNOWN = modules()
 GRAPH = imports(KNOWN)

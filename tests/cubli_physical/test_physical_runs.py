@@ -35,7 +35,7 @@ def test_full_inertia(settings):
     assert result["overshoot_percent"] == pytest.approx(1.47, abs=0.1)
     assert result["normal_force_min"] == pytest.approx(-1.0, abs=0.05)
     assert result["rate_norm_max"] / result["limit_eq9"] == pytest.approx(1.2, abs=0.05)
-    assert result["friction_ratio_max"] == 1e6
+    assert result["friction_ratio_max"] is None  # contact is lost
 
 
 def test_the_sampled_law_with_feed_forward():

@@ -181,7 +181,7 @@ class Manager(Component):
     """Takes the mode that it is asked for."""
 
     state = ManagerState
-    inputs, outputs = {"request": mode_request("chain")}, {"mode": mode("chain")}
+    inputs, outputs = {"request": mode_request("chain", "chain")}, {"mode": mode("chain", "chain")}
     optional_inputs = ("request",)
     modes = ("nominal", "hold", "rest")
     kernel = manage

@@ -6,12 +6,13 @@ from pathlib import Path
 import pytest
 
 from flight_graph import runs
+from flight_graph.campaigns.cases import Cases
+from flight_graph.campaigns.fault_table import fault_rows
 from flight_graph.cli import fault_pages
+from flight_graph.cli.show import number
 from flight_graph.faults.fault_types import TYPES
 from flight_graph.graphs import metrics
 from flight_graph.graphs.scenario import load
-from flight_graph.sweeps.fault_table import fault_rows
-from flight_graph.sweeps.sweep import Sweep
 
 pytestmark = pytest.mark.xdist_group("faults")
 PATH = Path(__file__).parents[2] / "docs/faults.md"
@@ -44,17 +45,17 @@ def test_the_run_of_the_example(example):
     said = rows(PAGE.partition("whether it blamed the right unit:")[2])
     assert said.keys() == found.keys()
     for name, value in found.items():
-        assert said[name] == ["never" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)], name
+        assert said[name] == [number(value)], name
 
 
 def test_the_sweep_of_the_example(example):
-    sweep = Sweep(example, {})
-    found = fault_rows([sweep.run(number) for number in sweep.cases()])
+    cases = Cases(example)
+    found = fault_rows(cases.rows(range(cases.vary.count)))
     said = rows(PAGE.partition("<!-- sweep -->")[2])
     assert list(said) == [row.name for row in found]
     for row in found:
         plain = row.plain()
-        delay = "never" if plain["median_delay_s"] is None else f"{plain['median_delay_s']:.6g}"
+        delay = number(plain["median_delay_s"])
         assert said[row.name] == [*(str(plain[key]) for key in ("active", "detected", "missed", "isolated", "false_alarms")), delay,
                                   ", ".join(f"{name} {count}" for name, count in row.by.most_common())], row.name
         assert plain["wrong"] == plain["stopped"] == 0 and plain["runs"] == 2

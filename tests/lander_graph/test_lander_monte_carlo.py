@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from flight_graph.campaigns.cases import Cases
 from flight_graph.graphs.scenario import load
-from flight_graph.sweeps.sweep import Sweep
 from flight_math import Vec3, view
 from lander_ros.constraints import clearance
 from sim_nodes.lander.plant import LanderPlant
@@ -18,11 +18,10 @@ CASES = (0, 1, 2, 45, 117, 122, 126, 134, 176, 188)  # the first ones, and the e
 
 @pytest.mark.parametrize("name", ["lander_monte_carlo", "lander_monte_carlo_perturbed"])
 def test_runs_succeed(name):
-    sweep = Sweep(load(name))
-    assert len(sweep.cases()) == 200
-    logs = {}
+    cases = Cases(load(name))
+    assert cases.vary.count == 200
     for case in CASES:
-        row = sweep.run(case, logs=logs)
+        row = cases.row(case)
         assert row.status == "ok" and row.metrics["success"] == 1, (case, row)
 
 

@@ -40,5 +40,5 @@ chmod +x "$root/usr/bin/arm_python"
 pip=$("$python" -c 'import pip; print(pip.__path__[0])')
 "$root/usr/bin/arm_python" "$pip" --disable-pip-version-check install --quiet --no-deps \
     --require-hashes --only-binary :all: --no-compile --root-user-action ignore \
-    --target "$root/usr/local/lib/python3.11/dist-packages" -r "$source/requirements/python3.11.txt"
+    --target "$root/usr/local/lib/python3.11/dist-packages" -r "$source/requirements/python3.11-test.txt"
 echo "make_arm_root: $root is ready (make portable ARM_ROOT=$root)"

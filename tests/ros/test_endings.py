@@ -238,7 +238,7 @@ def test_every_topic_of_a_run_has_both_ends(tmp_path):
     node = rclpy.create_node("doctor", context=context)
     with running(*run, cwd=tmp_path) as process:
         recorded(tmp_path / "bag")
-        wanted = {"/clock", "/plant/transition_event", "/cubli/truth", "/imu/progress"}
+        wanted = {"/clock", "/plant/transition_event", "/cubli/truth", "/imu/_progress"}
 
         def whole():
             """Whether all of the graph has been discovered, and each topic has both ends."""

@@ -128,13 +128,17 @@ def test_plant_and_controller_from_two_terminals(client, tmp_path):
         passed = (clock[-1].clock.sec - start.sec) + (clock[-1].clock.nanosec - start.nanosec) / 1e9
         assert len(clock) > seen and 1.0 < passed < 2.0, passed  # 1.5 s of wall time, loosely: the machine may be busy
 
-        assert client.get("/appc_controller", "lambda_a") == 0.03  # a scalar fills the array
+        assert client.get("/appc_controller", "lambda_a") == [0.03] * 3  # a scalar fills the array, which stays one
+        assert client.set("/appc_controller", "lambda_a", 0.04).successful
+        assert client.get("/appc_controller", "lambda_a") == [0.04] * 3
+        assert client.set("/appc_controller", "feed_forward", 1).successful
+        assert client.get("/appc_controller", "feed_forward") == 1.0  # a whole number is a number
         assert client.get("/appc_controller", "rho_a0") == [0.4] * 3
         assert client.set("/appc_controller", "lambda_a", [0.02, 0.03, 0.04]).successful
         assert client.get("/appc_controller", "lambda_a") == [0.02, 0.03, 0.04]
         refused = client.set("/appc_controller", "lambda_a", -1.0)
         assert not refused.successful
-        assert re.search(r"lambda_a: -1\.0 is not allowed .*allowed: 3 numbers, > 0 \[rad/s\]", refused.reason), refused
+        assert re.search(r"lambda_a: \[-1\.0, -1\.0, -1\.0\] is not allowed .*allowed: 3 numbers, > 0 \[rad/s\]", refused.reason), refused
         assert not client.set("/appc_controller", "lambda_a", float("nan")).successful
         assert not client.set("/appc_controller", "lambda_a", [0.1, 0.2]).successful
         assert not client.set("/appc_controller", "law", "implict").successful
@@ -167,6 +171,24 @@ def silent(client, heard):
     while time.monotonic() - began < 0.4:
         client.executor.spin_once(timeout_sec=0.02)
     return len(heard) == count
+
+
+def test_a_node_that_is_not_started_waits_to_be_configured(client, tmp_path):
+    """Without autostart there are no ports and parameters before; what cannot be configured says why, and can be mended."""
+    with running(*CONTROLLER, "--ros-args", "-p", "autostart:=false", "-p", "rho_a0:=0.001", cwd=tmp_path) as node:
+        assert client.state("/appc_controller") == "unconfigured"
+        assert "/cubli/attitude" not in dict(client.node.get_topic_names_and_types())
+        assert not client.change("/appc_controller", Transition.TRANSITION_CONFIGURE)
+        assert client.state("/appc_controller") == "unconfigured"
+        assert client.set("/appc_controller", "rho_a0", 0.4).successful
+        assert client.change("/appc_controller", Transition.TRANSITION_CONFIGURE)
+        client.spin_until(lambda: client.node.count_subscribers("/cubli/attitude") == 1, 60.0, "the input")
+        assert client.get("/appc_controller", "rho_a0") == [0.4] * 3
+        assert not client.change("/appc_controller", Transition.TRANSITION_CLEANUP)
+        assert client.state("/appc_controller") == "inactive"
+        assert client.change("/appc_controller", Transition.TRANSITION_ACTIVATE)
+        err = stopped_cleanly(node)
+        assert "a funnel narrows" in err and "cannot be begun anew" in err
 
 
 def test_parameter_file_namespace_and_remapping(client, tmp_path):

@@ -18,14 +18,19 @@ TICKS = 100
 
 
 @pytest.fixture
-def publishers():
+def feeder():
     context = rclpy.Context()
     rclpy.init(context=context)
     node = rclpy.create_node("feeder", context=context)
-    yield {signal.topic: (signal, RawPublisher(node, signal.topic, signal.type_name, signal.role.qos))
-           for signal in (toy.TRUTH, toy.SENSED)}
+    yield node
     node.destroy_node()
     context.try_shutdown()
+
+
+@pytest.fixture
+def publishers(feeder):
+    return {signal.topic: (signal, RawPublisher(feeder, signal.topic, signal.type_name, signal.role.qos))
+            for signal in (toy.TRUTH, toy.SENSED)}
 
 
 def feed(publishers, left_out=(), ticks=TICKS):
@@ -81,3 +86,24 @@ def test_an_interruption_near_the_end_loses_nothing(publishers, tmp_path):
     with next((tmp_path / "bag").glob("*.mcap")).open("rb") as file:
         outcome = next(r.metadata for r in make_reader(file).iter_metadata() if r.name == "flight_graph.outcome")
     assert outcome == {"complete": "false", "lost": "0"}
+
+
+@pytest.mark.parametrize("gone", [True, False], ids=["gone", "silent"])
+def test_what_will_never_come_is_not_waited_for(feeder, publishers, tmp_path, gone):
+    """The node of a topic ends before the run is over, or all nodes fall silent: a sentence, and the bag is closed."""
+    half = TICKS // 2
+    (tmp_path / "toy.yaml").write_text(yaml.safe_dump(toy.scenario(
+        duration_s=TICKS * PERIOD_NS / SECOND, record={"topics": ["toy/truth", "toy/imu"]})))
+    with running("node", "sim_nodes", "recorder", "--ros-args", "-p", f"scenario:={tmp_path / 'toy.yaml'}", "-p",
+                 f"out:={tmp_path / 'bag'}", "-p", f"graph.timeout_s:={60.0 if gone else at_least(5.0)}", cwd=tmp_path) as process:
+        until(lambda: all(publisher.subscribers() for _, publisher in publishers.values()), 60.0, "the recorder")
+        feed(publishers, ticks=half)
+        if gone:
+            assert publishers["toy/imu"][1].wait_for_all_acked(at_least(5.0))
+            feeder.destroy_publisher(publishers["toy/imu"][1]._publisher)
+        _, err = process.communicate(timeout=at_least(60.0))
+    assert process.returncode == 1 and "Traceback" not in err, err
+    assert ("the node sensor has ended before the run was over" if gone else "nothing has come for ") in err, err
+    assert f"has come to t = {(half - 1) * PERIOD_NS / SECOND:.9f} s of 0.5 s" in err, err
+    with next((tmp_path / "bag").glob("*.mcap")).open("rb") as file:
+        assert sum(1 for _ in make_reader(file, validate_crcs=True).iter_messages()) == 2 * half

@@ -174,23 +174,30 @@ BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
-@pytest.mark.parametrize("publisher_qos, subscription_qos, parts, cure", [
-    (BEST_EFFORT, 1000, ("/cubli/attitude: nothing is received from the node /my_estimator. It offers best_effort, volatile",
-                         "this node asks for reliable, volatile", "what does not fit is reliability"),
+ASKS_RELIABLE = "qos_overrides./cubli/attitude.subscription.reliability:=reliable"
+
+
+@pytest.mark.parametrize("publisher_qos, subscription_qos, setting, parts, cure", [
+    (BEST_EFFORT, 1000, ASKS_RELIABLE,
+     ("/cubli/attitude: nothing is received from the node /my_estimator. It offers best_effort, volatile",
+      "this node asks for reliable, volatile", "what does not fit is reliability"),
      "qos_overrides./cubli/attitude.subscription.reliability:=best_effort"),
-    (10, LATCHED, ("/cubli/wheel_command: the node /my_estimator hears nothing. It asks for reliable, transient_local",
-                   "this node offers reliable, volatile", "what does not fit is durability"),
+    (BEST_EFFORT, LATCHED, "lambda_a:=0.041",  # a driver's best effort fits as it is
+     ("/cubli/wheel_command: the node /my_estimator hears nothing. It asks for reliable, transient_local",
+      "this node offers reliable, volatile", "what does not fit is durability"),
      "qos_overrides./cubli/wheel_command.publisher.durability:=transient_local"),
 ])
 def test_quality_of_service_that_does_not_fit_is_named_and_can_be_mended(
-        tmp_path, publisher_qos, subscription_qos, parts, cure):
+        tmp_path, publisher_qos, subscription_qos, setting, parts, cure):
     stranger = Stranger(publisher_qos, subscription_qos)
-    with (tmp_path / "err").open("w") as file, running(*CONTROLLER, cwd=tmp_path, stderr=file) as process:
+    with (tmp_path / "err").open("w") as file, running(*CONTROLLER, "--ros-args", "-p", setting, cwd=tmp_path,
+                                                       stderr=file) as process:
         text = until(lambda: found if "what does not fit" in (found := (tmp_path / "err").read_text()) else None, 60.0,
                      "the sentence")
         finish(process)
     assert all(part in text for part in parts), text
     assert f"-p {cure}" in text, text
+    assert text.count("what does not fit") == 1, text
     with running(*CONTROLLER, "--ros-args", "-p", cure, cwd=tmp_path) as process:
         def heard():
             stranger.send(time.time_ns())

@@ -32,8 +32,8 @@ class Modes(Component):
     """Run, or safe."""
 
     state, modes = ModeState, ("run", "safe")
-    inputs = {"command": toy.COMMAND, "request": mode_request("toy")}
-    outputs = {"safe": SAFE_COMMAND, "mode": mode("toy")}
+    inputs = {"command": toy.COMMAND, "request": mode_request("toy", "toy")}
+    outputs = {"safe": SAFE_COMMAND, "mode": mode("toy", "toy")}
     optional_inputs = ("request",)
     kernel = manage
 

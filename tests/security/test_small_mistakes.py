@@ -55,7 +55,7 @@ def test_out_that_no_disk_has(flight, tmp_path, name):
 
 def test_numbers_of_set_as_people_write_them(flight):
     for text, number in (("1e-3", 1e-3), ("1E-3", 1e-3), (".001", 1e-3), ("1.e-3", 1e-3)):
-        from flight_graph.cli.scenarios import parse_settings
+        from flight_graph.graphs.overrides import parse_settings
         assert parse_settings([f"controller.k_a={text}"]) == {"controller.k_a": number}
     assert load("cubli_asteroid", {"controller.k_a": 1e-3}).graph.nodes["controller"].values["k_a"]
 
@@ -101,9 +101,10 @@ def test_values_beyond_reason(flight, tmp_path, options, words):
 
 @pytest.mark.parametrize("content", ["{", "[]", "[" * 100_000, "1", ""])
 def test_a_sweep_that_is_continued_from_something_else(flight, tmp_path, content):
-    (tmp_path / "sweep.json").write_text(content)
-    done = flight("sweep", "lander_monte_carlo", "--resume", "--out", tmp_path)
-    assert done.status == 2 and "--resume: " in done.err, done.err
+    (tmp_path / "campaign.json").write_text(content)
+    for words in (["lander_monte_carlo", "--resume", "--out", tmp_path], [tmp_path, "--resume"]):
+        done = flight("sweep", *words)
+        assert done.status == 2 and "campaign.json: this is no " in done.err, done.err
 
 
 def test_a_run_without_end_can_be_interrupted(monkeypatch):

@@ -86,7 +86,7 @@ def test_numbers_of_an_independent_program():
 
 
 def test_pinocchio_agrees():
-    pin = pytest.importorskip("pinocchio", reason="Pinocchio (pip install pin) is the reference of this test")
+    pin = pytest.importorskip("pinocchio", reason="Pinocchio, the reference of this test, is not here: make develop")
     robot, arm, draw = find_model("mini_space_robot"), shipped_arm(), np.random.default_rng(8)
     twin = PinocchioTwin(pin, robot)
     for _ in range(20):

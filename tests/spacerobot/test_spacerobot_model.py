@@ -151,7 +151,7 @@ def urdf_of(mapping, welded):
 
 @pytest.mark.parametrize("seed", range(6))
 def test_urdf_against_pinocchio(seed):
-    pin = pytest.importorskip("pinocchio", reason="Pinocchio (pip install pin) is the reference of this test")
+    pin = pytest.importorskip("pinocchio", reason="Pinocchio, the reference of this test, is not here: make develop")
     rng = np.random.default_rng(seed)
     mapping = random_mapping(rng, 6)
     for joint in mapping["joints"]:

@@ -17,7 +17,7 @@ from tests.spacerobot.spacerobot_cases import (
 )  # fmt: skip
 from tests.spacerobot.spacerobot_loop import ROBOT, initial_state
 
-pin = pytest.importorskip("pinocchio", reason="Pinocchio (pip install pin) is the reference of this test")
+pin = pytest.importorskip("pinocchio", reason="Pinocchio, the reference of this test, is not here: make develop")
 
 TOLERANCE = 1e-12  # [-] relative
 TREES = [ROBOT] + [random_robot(np.random.default_rng(k), 1 + k % 10) for k in range(20)]

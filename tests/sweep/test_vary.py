@@ -91,7 +91,7 @@ def test_joint_function():
 
 @pytest.mark.parametrize(("block", "words"), [
     ({}, "nothing is varied"),
-    ({"grids": {}}, "there is no such key; allowed here: cases, grid, random"),
+    ({"grids": {}}, "there is no such key; allowed here: cases, grid, fraction"),
     ({"grid": {"plant.inertia": []}}, "has no values"),
     ({"grid": {"plant.inertia": [1.0, -1.0]}}, "plant.inertia: -1.0 is not allowed"),
     ({"grid": {"plant.inertai": [1.0]}}, "did you mean 'inertia'"),

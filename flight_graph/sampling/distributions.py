@@ -1,12 +1,18 @@
-"""How the values of a sweep are made: evenly spaced ones, and random ones."""
+"""How the values of a campaign are made: evenly spaced ones, and random ones.
+
+A random value is a function of a source of numbers (`flight_graph.sampling.sources`), so one definition serves
+independent draws, the points of a plan, and given standard normal numbers.
+"""
 
 import math
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
-from flight_math import elementary, noise
+from flight_graph.sampling import normal
+from flight_math import elementary
 from flight_math.uncompiled import uncompiled
 
 MOST_COMBINATIONS = 100_000  # of cases and grid
@@ -17,6 +23,8 @@ cos, exp, log, sin = (uncompiled(function) for function in (
 
 
 class Strict(BaseModel):
+    """A block of a scenario file: a key that it does not know is an error."""
+
     model_config = ConfigDict(extra="forbid")
 
 
@@ -30,6 +38,7 @@ class Spaced(Strict):
     def _one(self):
         _exactly_one(self, "linear", "geometric")
         first, last, count = self.linear or self.geometric
+        finite([first, last])
         if count < 1 or (self.geometric and first * last <= 0.0):
             raise ValueError("allowed: [first, last, how many], how many >= 1; geometric: ends of one sign, not zero")
         if count > MOST_COMBINATIONS:
@@ -59,7 +68,10 @@ class Cone(Strict):
 
 
 class Distribution(Strict):
-    """One random value: exactly one distribution; bounds and moments are numbers or vectors."""
+    """One random value: exactly one distribution; bounds and moments are numbers or vectors.
+
+    truncated: [from, to] of a normal one, null for an open end; what lies outside is not drawn.
+    """
 
     uniform: tuple[Numbers, Numbers] | None = None  # from, to
     normal: tuple[Numbers, Numbers] | None = None  # mean, standard deviation
@@ -68,6 +80,7 @@ class Distribution(Strict):
     count: int | None = None  # this number plus the number of the draw
     direction: float | tuple[float, float] | None = None  # vector of this length (or of a uniform one), any direction
     cone: Cone | None = None
+    truncated: tuple[Numbers | None, Numbers | None] | None = None
     size: int | None = Field(None, ge=1, le=MOST_NUMBERS)  # independent draws of a vector's entries
 
     @model_validator(mode="after")
@@ -82,32 +95,86 @@ class Distribution(Strict):
         if kind == "normal" and not (np.asarray(self.normal[1]) >= 0.0).all():
             raise ValueError("allowed: [mean, standard deviation] with a standard deviation >= 0")
         if kind != "choice":
-            _finite(getattr(self, kind))
+            finite(getattr(self, kind))
+        if self.truncated is not None:
+            self._check_ends(kind)
         return self
 
-    def draw(self, key: int, number: int):
-        """The value of draw ``number`` of the stream ``key``, in plain types."""
+    def _check_ends(self, kind):
+        if kind != "normal":
+            raise ValueError(f"'truncated' has no meaning with '{kind}'; it goes with normal")
+        finite(self.truncated)
+        for (mean, deviation), low, high in self._entries:
+            if not (low < high and deviation > 0.0):
+                raise ValueError("allowed: truncated: [from, to] with from < to, of a standard deviation > 0")
+            if not math.isfinite(self._between(mean, deviation, low, high, 0.5)):
+                raise ValueError("nothing of the distribution lies between the ends of 'truncated'")
+
+    @cached_property
+    def _shape(self) -> tuple:
+        """Of a value: () for a number."""
+        if self.size:
+            return (self.size,)
+        ends = [end for end in self.truncated or () if end is not None]
+        moments = self.uniform or self.normal or self.loguniform or ()
+        return np.broadcast_shapes(*(np.shape(value) for value in (*moments, *ends)))
+
+    @cached_property
+    def _entries(self) -> list:
+        """((first, second moment or bound), lower end, upper end) of each entry of a value."""
+        low, high = self.truncated or (None, None)
+        given = (*(self.uniform or self.normal or self.loguniform), -math.inf if low is None else low,
+                 math.inf if high is None else high)
+        a, b, low, high = (np.broadcast_to(value, self._shape).reshape(-1).tolist() for value in given)
+        return list(zip(zip(a, b), low, high))
+
+    @property
+    def dimensions(self) -> int:
+        """How many numbers of a source a value is made of."""
+        if self.count is not None:
+            return 0
+        if self.direction is not None or self.cone is not None:
+            return 3 if isinstance(self.direction, tuple) else 2
+        return (self.size or 1) if self.choice is not None else len(self._entries)
+
+    def value(self, source, number: int):
+        """The value of draw ``number``, in plain types; source: `flight_graph.sampling.sources`."""
         if self.count is not None:
             return self.count + number
         if self.direction is not None or self.cone is not None:
-            return self._vector([float(noise.uniform(key, number, i)) for i in range(3)])
+            return self._vector([source.uniform(i) if i < self.dimensions else 0.0 for i in range(3)])
         if self.choice is not None:
-            picked = [self.choice[min(int(noise.uniform(key, number, i) * len(self.choice)), len(self.choice) - 1)]
+            picked = [self.choice[min(int(source.uniform(i) * len(self.choice)), len(self.choice) - 1)]
                       for i in range(self.size or 1)]
             return picked if self.size else picked[0]
-        a, b = self.uniform or self.normal or self.loguniform
-        shape = (self.size,) if self.size else np.broadcast_shapes(np.shape(a), np.shape(b))
-        a, b = (np.broadcast_to(value, shape).reshape(-1).tolist() for value in (a, b))
-        values = [self._scalar(key, number, i, a[i], b[i]) for i in range(len(a))]
-        return values if shape else values[0]
+        values = [self._scalar(source, i, *entry) for i, entry in enumerate(self._entries)]
+        return values if self._shape else values[0]
 
-    def _scalar(self, key, number, index, a, b):
+    def _scalar(self, source, index, moments, low, high):
+        a, b = moments
+        if self.truncated is not None:
+            return self._between(a, b, low, high, source.uniform(index))
         if self.normal is not None:
-            return a + b * float(noise.gaussian(key, number, index))
-        u = float(noise.uniform(key, number, index))
+            return a + b * source.gaussian(index)
+        u = source.uniform(index)
         if self.uniform is not None:
             return a + (b - a) * u
         return exp(log(a) + (log(b) - log(a)) * u)
+
+    @staticmethod
+    def _between(mean, deviation, low, high, u):
+        """The quantile u of a normal distribution between two ends; not finite where it has no mass there.
+
+        It is worked out on the side of the lower tail, where probabilities keep their relative precision.
+        """
+        below, above = (low - mean) / deviation, (high - mean) / deviation
+        if below + above > 0.0:
+            return mean - (Distribution._between(0.0, 1.0, -above, -below, 1.0 - u)) * deviation
+        first, last = (normal.distribution(z) if math.isfinite(z) else float(z > 0.0) for z in (below, above))
+        p = first + (last - first) * u
+        if not 0.0 < p < 1.0:
+            return math.nan
+        return min(max(mean + deviation * normal.quantile(p), low), high)
 
     def _vector(self, u):
         azimuth = 2.0 * math.pi * u[0]
@@ -134,9 +201,10 @@ def _exactly_one(model, *names) -> str:
     return given[0]
 
 
-def _finite(value):
+def finite(value) -> None:
+    """Refuse infinity and NaN, in lists too. Raises ValueError."""
     for number in value if isinstance(value, (list, tuple)) else [value]:
         if isinstance(number, (list, tuple)):
-            _finite(number)
+            finite(number)
         elif isinstance(number, float) and not math.isfinite(number):
             raise ValueError("only finite numbers are allowed")

@@ -34,8 +34,11 @@ class FaultRow:
 
 
 def fault_rows(rows) -> list[FaultRow]:
-    """The table of a sweep's rows, one line a variant (`vary.cases`); [] where its runs have no faults and no monitors."""
-    found = {}
+    """The table of a campaign's rows, one line a variant (`vary.cases`); [] where its runs have no faults, no monitors.
+
+    rows: of `flight_graph.campaigns.rows.Row`.
+    """
+    found, judged_at_all = {}, False
     for row in rows:
         line = found.setdefault(row.name or "all", FaultRow(row.name or "all"))
         line.runs += 1
@@ -44,6 +47,7 @@ def fault_rows(rows) -> list[FaultRow]:
         judged = row.metrics
         if "false_alarms" not in judged:
             continue
+        judged_at_all = True
         line.false_alarms += judged["false_alarms"] > 0
         if "final_mode" in judged:
             line.modes[judged["final_mode"]] += 1
@@ -56,7 +60,7 @@ def fault_rows(rows) -> list[FaultRow]:
             line.detected += 1
             line.delays_s.append(judged["fault_detection_delay_s"])
             line.by[judged["fault_detected_by"]] += 1
-    return list(found.values()) if any("false_alarms" in row.metrics for row in rows) else []
+    return list(found.values()) if judged_at_all else []
 
 
 def draw(rows: list[FaultRow], path) -> None:

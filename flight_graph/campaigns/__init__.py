@@ -1,0 +1,1 @@
+"""Campaigns: many runs of one scenario in a folder, which any number of workers fill, chunk by chunk."""
