@@ -7,7 +7,7 @@ import numpy as np
 
 from flight_graph.components.component import Component
 from flight_graph.engines import compilation, driver, fault_schedule
-from flight_graph.engines.addresses import address
+from flight_graph.engines.addresses import address, same
 from flight_graph.engines.checkpoint import is_kept
 from flight_graph.engines.part_calls import parts, ports
 from flight_graph.engines.plain_driver import PlainTables
@@ -29,7 +29,7 @@ class SingleComponent:
                  inputs: dict, outputs: dict, output_periods: dict, epoch_ns: int, check_bounds: bool = False,
                  faults: FaultSet | None = None, watched: dict | None = None):
         self.name, self.component, self._epoch_ns = name, component, epoch_ns
-        self._fresh = state.copy()
+        self._fresh = same(state)
         self._faults = fault_schedule.of(faults, SimpleNamespace(name=name, component=component))
         self._numbers = {part: i for i, part in enumerate(part for part in parts(component) if part != "start")}
         schedule = Schedule(None, {}, firings=[self._firing(part, output_periods) for part in self._numbers])
@@ -71,7 +71,7 @@ class SingleComponent:
             if way is not None:  # what is published stands behind the faults
                 arrays[f"O_{name}.{port}"], made[way.record] = component.outputs[port].new()[1], outputs[port]
         if f"N_{name}" in made:
-            arrays[f"P_{name}"], made[f"N_{name}"] = parameters.copy(), parameters
+            arrays[f"P_{name}"], made[f"N_{name}"] = same(parameters), parameters
         return arrays | made
 
     def kept(self) -> dict[str, bytes]:

@@ -195,3 +195,18 @@ def test_an_altered_checkpoint_does_not_verify(folder, tmp_path):
     result = runs.verify(changed(folder / "rover", tmp_path / "bag", {known.name: content}))
     assert result.verdict == "different"
     assert "the checkpoint of tick 200 is another one: the state of controller: " in " ".join(result.sentences)
+
+
+def test_a_branch_sets_what_an_event_has_set(tmp_path):
+    """What is set takes the place of what an event before has set; events that follow come as they would have."""
+    events = [{"at_s": 0.1, "set": {"controller.lambda_a": 0.03}}, {"at_s": 0.4, "set": {"controller.lambda_u": 0.05}}]
+    scenario = load("cubli_earth", {"duration_s": 0.5, "events": events, "record": {"checkpoint_period_s": 0.1}})
+    runs.execute(scenario, out=tmp_path / "parent")
+    result = runs.verify(tmp_path / "parent")
+    assert result.verdict == "equal" and "equal, too: 4 checkpoints" in result.sentences, result.sentences
+    made = continued(f"{tmp_path / 'parent'}@0.2", {"controller.lambda_a": 0.06})
+    before = scenario.graph.nodes["controller"].values["lambda_u"]
+    for t_s, lambda_u in ((0.3, before), (0.45, [0.05] * 3)):
+        memory = memory_from(made.scenario, made.begin.checkpoint, round(t_s * 1000))
+        record = np.frombuffer(memory.arrays["P_controller"], made.scenario.graph.nodes["controller"].component.parameters.dtype)
+        assert record["lambda_a"][0].tolist() == [0.06] * 3 and record["lambda_u"][0].tolist() == list(lambda_u)
