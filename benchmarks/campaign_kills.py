@@ -22,6 +22,7 @@ from flight_graph.campaigns import opening
 from flight_graph.campaigns.dask_workers import DaskWorkers
 from flight_graph.campaigns.folder import Campaign
 from flight_graph.components.foreign import refuse
+from flight_graph.sampling.specifications import Besides
 
 FLIGHT = [sys.executable, "-c", "import sys; from flight_graph.cli import main; sys.exit(main())", "sweep"]
 VARY = ["plant.mass=normal:2,0.04", "seed=count:1"]
@@ -29,7 +30,8 @@ VARY = ["plant.mass=normal:2,0.04", "seed=count:1"]
 
 def campaign(folder: Path, runs: int, chunk: int):
     """A campaign that is not run yet, and its scenario."""
-    return opening.of_scenario("cubli_asteroid", {}, VARY, 1, runs, chunk, lambda scenario: folder, False, refuse)
+    return opening.of_scenario("cubli_asteroid", {}, Besides(tuple(VARY), 1), runs, chunk, lambda scenario: folder,
+                               False, refuse)
 
 
 def parts(folder: Path) -> dict[str, bytes]:

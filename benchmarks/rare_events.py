@@ -18,7 +18,7 @@ from flight_graph.statistics.rates import rate
 from flight_graph.statistics.subset_simulation import subset_simulation
 
 CASES = ((2, 3.0902, 1000), (100, 3.0902, 1000), (2, 4.7534, 1000), (100, 4.7534, 1000), (100, 4.7534, 4000))
-SEEN, RUNS = 0.4, 3000  # [m] a distance that a campaign of so many runs sees
+SEEN, RUNS = 0.35, 2000  # [m] a distance that a campaign of so many runs sees
 
 
 def linear(repetitions: int) -> None:
@@ -36,11 +36,12 @@ def linear(repetitions: int) -> None:
 
 def lander() -> None:
     scenario = load("lander_dispersed")
-    for limit in (SEEN, 1.0):
-        found = rare_event(scenario, Event("lateral_m", above=limit)).estimate
+    for limit, runs in ((SEEN, 500), (1.0, 400)):
+        found = rare_event(scenario, Event("lateral_m", above=limit), runs, down_to=1e-6).estimate
         print(f"lander_dispersed, lateral_m >= {limit} m: {found.probability:.3g}, coefficient of variation "
               f"{found.variation:.2f}, 95 % interval {found.low:.2g} to {found.high:.2g}, {found.runs} runs, "
-              f"{found.missing} without a number", flush=True)
+              f"{found.missing} without a number; levels at {', '.join(f'{one.threshold:.3f}' for one in found.levels)} m",
+              flush=True)
     cases = Cases(scenario)
     rows = (cases.row(number) for number in range(RUNS))
     seen = rate(sum(not row.metrics.get("lateral_m", math.inf) < SEEN for row in rows), RUNS)

@@ -65,16 +65,20 @@ def parts(component: type[Component], prefix: str, target: str) -> dict[str, Par
 def _part(component, part, symbol, target):
     kernel, fault = getattr(component, part), component.state.dtype.fields["fault"][1]
     arguments, count = part_calls.compiled_arguments(component, part), len(part_calls.records(component, part)) - 2
-    code, errors = object_code.part_code(kernel, arguments, count, symbol, fault)
+    texts = []
+
+    def optimised(module, machine):
+        texts.append(str(made := object_code.optimise(module, machine)))
+        return made
+    code, errors = object_code.part_code(kernel, arguments, count, symbol, fault, optimised)
     if target == HOST:
         return code, errors
-    text = _text(kernel, arguments, count, symbol, fault)
+    text = _for_any_processor(texts[0])
     return (text.encode() if target == TEXT else _emit(text, TARGETS[target])), errors
 
 
-def _text(kernel, arguments, count, symbol, fault) -> str:
-    """Intermediate code of a part for no processor in particular."""
-    text = object_code.part_text(kernel, arguments, count, symbol, fault)
+def _for_any_processor(text: str) -> str:
+    """Intermediate code that names no processor."""
     text = re.sub(r'^target (datalayout|triple) = .*\n', "", text, flags=re.MULTILINE)
     return re.sub(r'"target-(cpu|features)"="[^"]*"', "", text)
 

@@ -68,6 +68,8 @@ def complete(campaign: Campaign, make_pool: Callable, progress: Callable[[int, i
             _fill(campaign, pool, missing, rows, looks, progress, tell)
         finally:
             pool.close()
+        if note := pool.note():
+            tell(note)
     return looks.close(tell)
 
 

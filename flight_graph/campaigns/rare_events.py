@@ -19,6 +19,7 @@ from flight_graph.errors import FlightError, unknown
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.statistics.subset_simulation import RareEvent, Stuck, subset_simulation
 
+SHARE, SMALLEST = 0.1, 1e-30  # [-] probability of a level given the one before, and of the last one
 MOST_EVENTS = 100  # runs in the event that are kept
 
 
@@ -66,18 +67,23 @@ class Found:
 
 
 def rare_event(scenario: Scenario, event: Event, runs: int = 1000, seed: int = 0, workers: int | None = None,
-               confidence: float = 0.95, batch: Batch = ONE_BY_ONE, progress: Callable | None = None) -> Found:
-    """The probability of an event over what a scenario draws. runs: of a level. Raises FlightError.
+               confidence: float = 0.95, batch: Batch = ONE_BY_ONE, progress: Callable | None = None,
+               down_to: float = 1e-8) -> Found:
+    """The probability of an event over what a scenario draws. Raises FlightError.
 
-    A run that stops, or has no such number, counts as the event. progress(runs done, level, its threshold) now and then.
+    runs: of a level; down_to: the probability at which it gives up, and says that the event's is below. A run that stops,
+    or has no such number, counts as the event. progress(runs done, level, its threshold) is called now and then.
     """
     if numba.config.DISABLE_JIT:
         raise FlightError("runs in great number are of the compiled engine; unset NUMBA_DISABLE_JIT")
     _check(scenario, runs)
+    if not SMALLEST <= down_to <= SHARE:
+        raise FlightError(f"--down-to {down_to}: allowed: {SMALLEST} to {SHARE}")
     runner = _Runner(scenario, event, workers or os.cpu_count() or 1, batch)
     try:
         estimate = subset_simulation(runner, scenario.vary.sampler.dimensions, event.threshold, runs, seed=seed,
-                                     confidence=confidence, progress=progress)
+                                     confidence=confidence, progress=progress, share=SHARE,
+                                     most_levels=math.ceil(round(math.log(down_to) / math.log(SHARE), 9)))
     except Stuck as error:
         raise FlightError(f"{event.metric}: {error}") from None
     finally:

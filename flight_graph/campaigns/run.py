@@ -5,25 +5,29 @@ from collections.abc import Callable, Iterable
 
 import pyarrow
 
-from flight_graph.campaigns.cases import ONE_BY_ONE, Batch, Cases
+from flight_graph.campaigns.cases import Batch, Cases
 from flight_graph.campaigns.chunk import encode
 from flight_graph.campaigns.manifest import Manifest
 from flight_graph.campaigns.rows import Row, table_of
 from flight_graph.components.foreign import Consent, refuse
 from flight_graph.graphs.scenario import Scenario
+from flight_graph.lanes.batch import SideBySide
+from flight_graph.lanes.operations import LANES
 
 
 class ChunkRunner:
     """The chunks of one campaign in one thread: what cases share is prepared once.
 
     scenario: of the manifest, where it is loaded already. consent: as for `Manifest.load`. batch: how several runs are
-    advanced; no bit of a row depends on it.
+    advanced (when left out: side by side where that pays); no bit of a row depends on it.
     """
 
     def __init__(self, manifest: Manifest, scenario: Scenario | None = None, consent: Consent = refuse,
-                 batch: Batch = ONE_BY_ONE):
+                 batch: Batch | None = None):
         self.manifest = manifest
-        self.cases = Cases(manifest.load(consent) if scenario is None else scenario, batch)
+        self.together = SideBySide(manifest.runs)
+        self.cases = Cases(manifest.load(consent) if scenario is None else scenario,
+                           Batch(LANES, self.together.advance) if batch is None else batch)
 
     def rows(self, numbers: Iterable[int], watch: Callable | None = None) -> list[Row]:
         """The rows of some cases. watch(): is called now and then; what it raises ends the work."""

@@ -1,7 +1,8 @@
 """Who runs the chunks: threads or processes of this machine, or the workers of a Dask cluster.
 
-Each is a pool with ``width`` (chunks that it runs at once) and ``submit(chunk, earlier)``, which gives a future of the
-part's bytes. No worker needs the campaign's folder: it gets the manifest, and gives back bytes.
+Each is a pool with ``width`` (chunks that it runs at once), ``submit(chunk, earlier)``, which gives a future of the
+part's bytes, and ``note()``: what a person should know of how runs flew, at the end. No worker needs the campaign's folder:
+it gets the manifest, and gives back bytes.
 """
 
 import multiprocessing
@@ -18,6 +19,7 @@ from flight_graph.components.foreign import agree
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.errors import FlightError
 from flight_graph.graphs.scenario import Scenario, vary_case
+from flight_graph.lanes.batch import Report
 
 MOST_LOST = 3  # workers that may die over one chunk
 
@@ -35,7 +37,7 @@ class Threads:
 
     def __init__(self, manifest: Manifest, scenario: Scenario, width: int):
         self.width, self._manifest, self._scenario = width, manifest, scenario
-        self._stop, self._local = threading.Event(), threading.local()
+        self._stop, self._local, self._reports = threading.Event(), threading.local(), []
         self._pool = ThreadPoolExecutor(width, "chunk")
 
     def submit(self, chunk: int, earlier: bytes | None) -> Future:
@@ -45,11 +47,19 @@ class Threads:
     def _part(self, chunk, earlier):
         if not hasattr(self._local, "runner"):
             self._local.runner = ChunkRunner(self._manifest, self._scenario)
+            self._reports.append(self._local.runner.together.report)
         return self._local.runner.part(chunk, self._watch, _table(earlier))
 
     def _watch(self):
         if self._stop.is_set():
             raise Stopped
+
+    def note(self) -> str:
+        """What did not fly side by side, where other things did."""
+        total = Report()
+        for report in self._reports:
+            total.add(report)
+        return total.sentence() if total.side_by_side and total.reasons else ""
 
     def close(self) -> None:
         """End what is under way; its chunks are not done."""
@@ -79,6 +89,10 @@ class Processes:
             inner = self._pool.submit(_part, chunk, earlier)
         inner.add_done_callback(lambda done: _hand_on(done, made))
         return made
+
+    def note(self) -> str:
+        """Processes keep to themselves how runs flew."""
+        return ""
 
     def close(self) -> None:
         """End the processes; the chunks under way are not done."""

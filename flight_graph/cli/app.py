@@ -13,6 +13,7 @@ from flight_graph.cli import (
     export_c,
     fault,
     identify,
+    layout,
     rare,
     replay,
     report,
@@ -27,6 +28,7 @@ app = typer.Typer(
          "Example: [bold]flight run cubli_asteroid[/bold]")
 scenarios.register(app)
 step.register(app)
+layout.register(app)
 check.register(app)
 compile.register(app)
 fault.register(app)

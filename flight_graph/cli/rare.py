@@ -22,6 +22,7 @@ def rare(
     above: Annotated[float | None, typer.Option(help="The event: the metric is here or above.")] = None,
     below: Annotated[float | None, typer.Option(help="The event: the metric is here or below.")] = None,
     runs: Annotated[int, typer.Option(help="Runs of a level; a probability of 1e-6 takes six levels.")] = 1000,
+    down_to: Annotated[float, typer.Option(help="Give up here: the probability is below it.")] = 1e-8,
     seed: Annotated[int, typer.Option(help="Of the samples.", min=0)] = 0,
     vary: Annotated[list[str] | None, typer.Option(
         metavar="KEY=VALUES", help="Draw plant.mass=normal:2,0.04 besides; may be repeated.")] = None,
@@ -44,7 +45,7 @@ def rare(
     given = overrides(scenario, settings, params, None, None, consent)
     loaded = varied(scenario, given, Besides(tuple(vary or ())), consent)
     with steps(f"{loaded.name}: {event.sentence()}", not as_json) as advance:
-        found = rare_event(loaded, event, runs, seed, workers, confidence,
+        found = rare_event(loaded, event, runs, seed, workers, confidence, down_to=down_to,
                            progress=lambda done, level, threshold: advance(done, runs * (level + 1), f"level {level + 1}"))
     if as_json:
         print(json.dumps(found.plain()))
@@ -63,7 +64,7 @@ def _shown(found, name, words):
             f"{level.variation:.3g}", "" if level.acceptance is None else f"{level.acceptance:.2f}")
     yield table
     if estimate.bound:
-        yield f"the event was not reached: its probability is below about {estimate.probability:.3g} ({estimate.runs} runs)"
+        yield f"the event was not reached: its probability is below about {estimate.probability:.2g} ({estimate.runs} runs)"
     else:
         yield (f"probability {estimate.probability:.4g}, coefficient of variation {estimate.variation:.2f}, "
                f"{100 * estimate.confidence:g} % interval {estimate.low:.3g} to {estimate.high:.3g}; {estimate.runs} runs")

@@ -29,7 +29,7 @@ if numba.config.DISABLE_JIT:
         return read, write
 
     word_at, set_word_at = _accessors(ctypes.c_int64)
-    half_at, _ = _accessors(ctypes.c_uint32)
+    half_at, set_half_at = _accessors(ctypes.c_uint32)
     byte_at, set_byte_at = _accessors(ctypes.c_uint8)
     double_at, set_double_at = _accessors(ctypes.c_double)
     single_at, set_single_at = _accessors(ctypes.c_float)
@@ -79,6 +79,7 @@ else:
     double_at = _reader(ir.DoubleType(), 8, types.float64, "The float64 at an address, a multiple of four bytes.")
     single_at = _reader(ir.FloatType(), 4, types.float32, "The float32 at an address.")
     set_word_at = _writer(ir.IntType(64), 8, types.int64, "Store an int64 at an address, a multiple of four bytes.")
+    set_half_at = _writer(ir.IntType(32), 4, types.int64, "Store a uint32 at an address.")
     set_byte_at = _writer(ir.IntType(8), 1, types.int64, "Store a uint8 at an address.")
     set_double_at = _writer(ir.DoubleType(), 8, types.float64, "Store a float64 at an address, a multiple of four bytes.")
     set_single_at = _writer(ir.FloatType(), 4, types.float32, "Store a float32 at an address.")

@@ -59,6 +59,12 @@ def compile_kept(name: str, key: str) -> None:
     _work([_Task(name, [{"kept": name, "key": key}])], None, 1)
 
 
+def compile_jobs(jobs: dict[str, list[dict]], progress=None) -> None:
+    """Do jobs of the compiler's, by the name of what they are for. Raises FlightError. progress: as `compile_missing`."""
+    with _LOADING:
+        _work([_Task(name, found) for name, found in jobs.items() if found], progress, None)
+
+
 def _work(tasks, progress, jobs):
     if os.environ.get(HERE) == "1":
         _work_here(tasks, progress)

@@ -161,6 +161,8 @@ class CompiledRun:
 class Flight:
     """A run under way: its whole memory is ``arrays``. ``stop`` is the RunStopped that ended it, if one did."""
 
+    _control = None  # in plain Python
+
     def __init__(self, run: CompiledRun, arrays: dict, codes: dict | None, begin: Checkpoint | None = None):
         self.arrays, self.stop = arrays, None
         self._run, self._graph, self._schedule, self._codes = run, run.graph, run.schedule, codes
@@ -210,6 +212,26 @@ class Flight:
         """The next tick."""
         return self._tick
 
+    @property
+    def schedule(self) -> Schedule:
+        """The order of a tick."""
+        return self._schedule
+
+    @property
+    def bounds_checked(self) -> bool:
+        """Whether its machine code checks the bounds of arrays."""
+        return self._run.check_bounds
+
+    @property
+    def tables(self):
+        """What the driver walks and counts in."""
+        return self._tables
+
+    @property
+    def control(self) -> np.ndarray | None:
+        """The record that the driver works on; None in plain Python."""
+        return self._control
+
     def _start(self):
         for node, parameters, state in self._schedule.starts:
             if not self.stop:
@@ -230,7 +252,16 @@ class Flight:
             self._tick = int(self._control["tick"][0])
         if code == 1:
             firing = self._schedule.firings[int(self._control["who"][0])]
-            self._stopped(firing.node, firing.part, int(self._control["stop"][0]))
+            self.stopped_at(self._tick, firing.node, firing.part, int(self._control["stop"][0]))
+
+    def went_to(self, tick: int) -> None:
+        """Another driver (`flight_graph.lanes`) has brought memory and tables to a tick."""
+        self._control["tick"] = self._tick = tick
+
+    def stopped_at(self, tick: int, node: str, part: str, code: int) -> None:
+        """A part stopped the run at a tick. code: one of `stops`."""
+        self.went_to(tick)
+        self._stopped(node, part, code)
 
     def _drive(self) -> int:
         """Run the driver to its end; in a thread, where this one is to hear signals: inside of machine code it cannot."""

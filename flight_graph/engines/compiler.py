@@ -2,8 +2,9 @@
 
     python -P -m flight_graph.engines.compiler [PROCESS ID OF WHO ASKS]
 
-One JSON object a line. A job: {"use": a component's name, "part":, "key":, "check_bounds":}, {"driver": key}, or {"kept": a
-kernel over arrays, "key":}. An answer to each, in order: {"seconds":} or {"refused": a sentence} or {"error": a text}.
+One JSON object a line. A job: {"use": a component's name, "part":, "key":, "check_bounds":}, {"driver": key}, {"kept": a
+kernel over arrays, "key":}, or {"maker": ``module:function``, which does it, "arguments":}. An answer to each, in order:
+{"seconds":} or {"refused": a sentence} or {"error": a text}.
 """
 
 import importlib
@@ -59,6 +60,10 @@ def work(job: dict) -> None:
         return
     if "kept" in job:
         compile_kept(job["kept"], job["key"])
+        return
+    if "maker" in job:
+        module, _, name = job["maker"].partition(":")
+        getattr(importlib.import_module(module), name)(**job["arguments"])
         return
     component = registry.component(job["use"])
     if parts.key(component, job["part"], job["check_bounds"]) != job["key"]:

@@ -201,33 +201,35 @@ def _forget(which):
                 found.add_overload(result)
 
 
-def part_code(kernel, arguments: list, count: int, symbol: str, fault: int) -> tuple[bytes, dict[int, str]]:
+def optimise(module, machine):
+    """LLVM's own order of passes; nothing among them may change the result of an operation. Returns the module.
+
+    Loops over arrays become vector code; statements side by side do not (that makes laws of small values slower).
+    """
+    options = llvm.create_pipeline_tuning_options(speed_level=3)
+    options.loop_vectorization, options.slp_vectorization = True, False
+    builder = llvm.create_pass_builder(machine, options)
+    builder.getModulePassManager().run(module, builder)
+    return module
+
+
+def part_code(kernel, arguments: list, count: int, symbol: str, fault: int,
+              optimised=optimise) -> tuple[bytes, dict[int, str]]:
     """Object code of one part as the C function ``symbol``, and the sentences of the errors it may raise.
 
     arguments: numba's types of the kernel's arguments; count: of its inputs and outputs, each a pointer at the end of what
     numba makes of the arguments. fault: offset of the state's ``fault``, which takes `RAISED` plus the number of an error.
-    Raises FlightError.
+    optimised(module, machine): the module that is emitted in the place of the linked one. Raises FlightError.
     """
-    library, entry = _part(kernel, arguments, count, symbol, fault)
-    code, text = _emit(library, entry, symbol)
-    raised = _raised(library)
-    return code, {number: raised[number] for number in raised if str(number) in text or str(RAISED + number) in text}
-
-
-def part_text(kernel, arguments: list, count: int, symbol: str, fault: int) -> str:
-    """What `part_code` emits, as optimised intermediate code."""
-    return _emit(*_part(kernel, arguments, count, symbol, fault), symbol)[1]
-
-
-def _part(kernel, arguments, count, symbol, fault):
-    """(library, entry) of a part."""
     result = kernel.get_compile_result(types.void(*arguments))
     loads = "\n".join(f"  %s{i}.at = getelementptr ptr, ptr %io, i64 {i}\n  %s{i} = load ptr, ptr %s{i}.at"
                       for i in range(count))
     names = ["i64 %t_ns"] * (arguments[0] == types.int64) + ["ptr %p", "ptr %x"] + [f"ptr %s{i}" for i in range(count)]
     entry = _ENTRY.format(symbol=symbol, inner=f'"{result.fndesc.llvm_func_name}"', loads=loads, base=RAISED, fault=fault,
                           arguments=", ".join(names), types=", ".join(name.split()[0] for name in names))
-    return result.library, entry
+    code, text = _emit(result.library, entry, symbol, optimised)
+    raised = _raised(result.library)
+    return code, {number: raised[number] for number in raised if str(number) in text or str(RAISED + number) in text}
 
 
 def function_code(function, signature, symbol: str) -> bytes:
@@ -252,7 +254,7 @@ def _raised(library):
     return {number: sentence for reached in library.reached() for number, sentence in reached.raised.items()}
 
 
-def _emit(library, entry, symbol) -> tuple[bytes, str]:
+def _emit(library, entry, symbol, optimised=optimise) -> tuple[bytes, str]:
     """Object code, and the optimised intermediate code as text."""
     module, machine = llvm.parse_assembly(entry), target_machine()
     for reached in library.reached():
@@ -264,7 +266,7 @@ def _emit(library, entry, symbol) -> tuple[bytes, str]:
         if not value.is_declaration and value.name != symbol:
             value.linkage = "internal"
     module.verify()
-    optimise(module, machine)
+    module = optimised(module, machine)
     text = str(module)
     wrong = sorted(name for name in open_symbols(module) if name not in MAY_CALL)
     if wrong:
@@ -278,17 +280,6 @@ def _open_sentence(names):
     functions = ", ".join(name for name in names)
     return (f"this calls {functions}, which lies outside of the machine code of a component; allowed are the functions of "
             "flight_math")
-
-
-def optimise(module, machine) -> None:
-    """LLVM's own order of passes; nothing among them may change the result of an operation.
-
-    Loops over arrays become vector code; statements side by side do not (that makes laws of small values slower).
-    """
-    options = llvm.create_pipeline_tuning_options(speed_level=3)
-    options.loop_vectorization, options.slp_vectorization = True, False
-    builder = llvm.create_pass_builder(machine, options)
-    builder.getModulePassManager().run(module, builder)
 
 
 def open_symbols(module) -> list[str]:

@@ -18,9 +18,9 @@ from flight_graph.recordings.comparison import write_topics
 from flight_graph.recordings.recorded_run import open_recorded
 from flight_graph.recordings.recording import formatted_payload
 from flight_graph.replays.replay import comparable_topics, recorded_inputs
-from flight_graph.ros import recorder, slots
+from flight_graph.ros import parameter_changes, recorder, slots, texts
 from flight_graph.ros.node import CLOCK, CLOCK_PERIOD_NS, clock_payload
-from flight_graph.ros.ports import LoopOnly, RawPublisher
+from flight_graph.ros.ports import LoopOnly, RawPublisher, RawSubscription
 from flight_graph.ros.progress import Watch
 from flight_graph.timebase import SECOND, stamp_parts
 
@@ -62,6 +62,8 @@ class Replayer:
         self._streams = [recorder.Stream(node, topic, self._epoch_ns, self._end_ns, group,
                                          irregular(topic.node, topic.port)) for topic in self._plain]
         self._watch = Watch(node, self._component, group)
+        # A node waits for somebody who reads what is set in it.
+        self._changes = RawSubscription(node, parameter_changes.TOPIC, texts.TYPE, parameter_changes.QOS, group)
 
     def _get(self, name, default):
         return self._node.declare_parameter(name, default).value

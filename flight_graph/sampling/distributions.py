@@ -169,7 +169,8 @@ class Distribution(Strict):
         """
         below, above = (low - mean) / deviation, (high - mean) / deviation
         if below + above > 0.0:
-            return mean - (Distribution._between(0.0, 1.0, -above, -below, 1.0 - u)) * deviation
+            value = mean - Distribution._between(0.0, 1.0, -above, -below, 1.0 - u) * deviation
+            return min(max(value, low), high)
         first, last = (normal.distribution(z) if math.isfinite(z) else float(z > 0.0) for z in (below, above))
         p = first + (last - first) * u
         if not 0.0 < p < 1.0:

@@ -13,7 +13,6 @@ from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
-from scipy.stats import qmc
 
 from flight_graph.sampling.distributions import Strict
 from flight_graph.sampling.sources import LARGEST
@@ -23,7 +22,7 @@ from flight_math.uncompiled import uncompiled
 BLOCK = 100  # draws of a block of a Latin hypercube
 STRETCH = 1024  # points that are made at a time of a sequence
 BITS = 32  # of a coordinate of a Sobol sequence
-MOST_DIMENSIONS = qmc.Sobol.MAXDIM
+MOST_DIMENSIONS = 21_201  # of SciPy's Sobol sequence
 
 
 class Sampling(Strict):
@@ -67,6 +66,7 @@ def sobol(first: int, count: int, words: np.ndarray) -> np.ndarray:
     words: (dimensions, BITS + 1) of `scrambling`. The scrambling is J. Matousek's (Journal of Complexity 14 (1998)
     527-556): a random linear map of a coordinate's bits, then a digital shift; it keeps the sequence's nets.
     """
+    from scipy.stats import qmc  # half a second of a command that draws no such points
     engine = qmc.Sobol(len(words), scramble=False, bits=BITS)
     if first:
         engine.fast_forward(first)

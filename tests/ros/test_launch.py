@@ -111,17 +111,20 @@ def test_a_node_that_compiles_says_so_and_can_be_asked_to_end(tmp_path):
 
 @pytest.mark.ros
 def test_an_interrupt_of_the_group_ends_every_node_by_itself(tmp_path):
-    """As Ctrl-C on ros2 launch does: SIGINT to all at once, here with the graph in a namespace. `ros2 launch` waits five seconds before SIGTERM; on a busy
-    machine what counts is how little each node still computes (an ordinary end of the interpreter took a second)."""
+    """As Ctrl-C on ros2 launch does: SIGINT to all at once, here with the graph in a namespace.
+
+    `ros2 launch` waits five seconds before SIGTERM; on a busy machine what counts is how little each node still computes (an
+    ordinary end of the interpreter took a second).
+    """
     nodes, group = {}, 0
     try:
-        for row in node_table(load("cubli_asteroid"), "realtime", 1.0, str(tmp_path / "bag")):
+        for row in node_table(load("cubli_asteroid", {"duration_s": 1e5}), "lockstep", 1.0, str(tmp_path / "bag")):
             path = tmp_path / f"{row['name']}.yaml"
             path.write_text(yaml.safe_dump({f"/**/{row['name']}": {"ros__parameters": row["parameters"]}}))
             with (tmp_path / f"{row['name']}.err").open("w") as file:
                 nodes[row["name"]] = start("node", row["package"], row["executable"], *row["arguments"], "--ros-args", "-r",
-                                           f"__node:={row['name']}", "-r", "__ns:=/one/rover", "--params-file", path, cwd=tmp_path, stderr=file,
-                                           process_group=group)
+                                           f"__node:={row['name']}", "-r", "__ns:=/one/rover", "--params-file", path,
+                                           cwd=tmp_path, stderr=file, process_group=group)
             group = group or nodes[row["name"]].pid
         until(lambda: sum(path.stat().st_size for path in tmp_path.glob("bag/*.mcap")) > 200_000, 180.0, "messages in the bag")
         before = {name: computed_s(process.pid) for name, process in nodes.items()}

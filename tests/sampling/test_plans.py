@@ -77,6 +77,12 @@ def test_distributions(plan, distribution, law):
     assert stats.kstest(column(plan, distribution, 1500), law.cdf).pvalue > 1e-3
 
 
+def test_nothing_beyond_the_ends_is_drawn():
+    for low, high in ((0.1, None), (None, -0.1), (0.3, 0.3000000001), (7.7, None)):
+        found = column(PLANS[0], Distribution(normal=(0.1, 0.3), truncated=(low, high)), 2000)
+        assert found.min() >= (-np.inf if low is None else low) and found.max() <= (np.inf if high is None else high)
+
+
 def test_a_block_of_a_latin_hypercube_has_one_value_in_each_cell():
     values = column(Sampling(plan="latin_hypercube", block=50), Distribution(uniform=(0.0, 1.0), size=3), 150)
     for block in values.reshape(3, 50, 3):

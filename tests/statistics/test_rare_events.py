@@ -45,6 +45,8 @@ def test_the_command(tmp_path):
     words = ["rare", str(path), "--metric", "angle", "--above", "0.1", "--runs", "60", "--trust"]
     result = CliRunner().invoke(app, words)
     assert result.exit_code == 0 and "coefficient of variation" in result.output and "--set plant.angle=" in result.output
+    far = CliRunner().invoke(app, [*words[:4], "--above", "0.4", "--runs", "40", "--down-to", "1e-2", "--trust"])
+    assert "the event was not reached: its probability is below about 0.01" in far.output
     found = json.loads(CliRunner().invoke(app, [*words, "--json"]).output)
     assert found["low"] <= stats.norm.sf(2.0) <= found["high"] and found["event"] == "angle >= 0.1"
 
