@@ -51,8 +51,10 @@ def _check_folder(folder: Path) -> None:
 
 
 def execute(scenario: Scenario, engine: str = "compiled", pace: str = "lockstep", out: Path | None = None,
-            progress=None, compiling=None, check_bounds: bool = False, tell=None) -> Outcome:
+            progress=None, compiling=None, check_bounds: bool = False, tell=None, begin=None) -> Outcome:
     """Run a scenario and record it into a new folder. Raises FlightError.
+
+    begin: a `flight_graph.recordings.beginning.Beginning`, where the run does not begin at t = 0.
 
     progress(seconds simulated) is called now and then; compiling(components done, in all, names of those under way) while
     machine code is made; tell(sentence) of what a person should know before. check_bounds: an index beyond an array's end
@@ -67,7 +69,7 @@ def execute(scenario: Scenario, engine: str = "compiled", pace: str = "lockstep"
     folder = new_folder(out, scenario, engine)
     _prepare(folder.parent)
     if engine == "ros":
-        return _ros(scenario, folder, pace, factor, progress, compiling, check_bounds, tell)
+        return _ros(scenario, folder, pace, factor, progress, compiling, check_bounds, tell, begin)
     from numba import config
 
     from flight_graph.engines.compiled import CompiledRun
@@ -75,11 +77,12 @@ def execute(scenario: Scenario, engine: str = "compiled", pace: str = "lockstep"
     if (engine == "python") != bool(config.DISABLE_JIT):
         raise FlightError("the python engine needs NUMBA_DISABLE_JIT=1 in the environment, and no other engine may have it")
     try:
-        recording = CompiledRun(scenario, check_bounds).run(progress, compiling=compiling)
+        recording = CompiledRun(scenario, check_bounds).run(
+            progress, compiling=compiling, begin=begin.checkpoint if begin else None, keeping=True)
     except RunStopped as stop:
-        write_recording(stop.recording, folder, engine)
+        write_recording(stop.recording, folder, engine, begin=begin)
         raise
-    write_recording(recording, folder, engine)
+    write_recording(recording, folder, engine, begin=begin)
     return Outcome(folder, engine, "none", recording.wall_s, recording.compile_s, metrics.compute(scenario, recording))
 
 
@@ -97,9 +100,9 @@ def verify(path, engine: str = "compiled", **options):
     """Run a bag's scenario again in any engine, see `flight_graph.replays.verify.verify`. Raises FlightError."""
     from flight_graph.replays.verify import verify as run_again
 
-    def as_nodes(scenario, folder, progress, check_bounds):
+    def as_nodes(scenario, folder, progress, check_bounds, begin):
         from flight_graph.ros import launcher
-        launcher.run(scenario, folder, progress=progress, check_bounds=check_bounds)
+        launcher.run(scenario, folder, progress=progress, check_bounds=check_bounds, begin=begin)
     return run_again(path, engine, as_nodes=as_nodes, **options)
 
 
@@ -119,11 +122,11 @@ def simulate(scenario: Scenario):
     return CompiledRun(scenario).run()
 
 
-def _ros(scenario, folder, pace, factor, progress, compiling, check_bounds, tell):
+def _ros(scenario, folder, pace, factor, progress, compiling, check_bounds, tell, begin):
     from flight_graph.bags.reader import read_bag
     from flight_graph.recordings.recording import BagSignals
     from flight_graph.ros import launcher
-    result = launcher.run(scenario, folder, pace, factor, progress, compiling, check_bounds, tell)
+    result = launcher.run(scenario, folder, pace, factor, progress, compiling, check_bounds, tell, begin)
     signals = BagSignals(read_bag(folder), scenario)
     return Outcome(folder, "ros", pace_text(pace, factor), result.wall_s, 0.0,
                    metrics.compute(scenario, signals), result.statistics, int(result.outcome.get("lost", 0)),

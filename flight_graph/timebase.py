@@ -23,6 +23,11 @@ def period_ns(rate_hz: float, where: str) -> int:
     return int(period)
 
 
+def next_checkpoint_ns(t_ns: int, period_ns: int, base_ns: int) -> int:
+    """Time of the first checkpoint behind t [ns]: of the first tick at or behind the next multiple of the period."""
+    return -(-(t_ns // period_ns + 1) * period_ns // base_ns) * base_ns
+
+
 def _neighbours(rate: Fraction) -> str:
     """The nearest divisors of 1e9 below and above (of 1, in steps of 1e-9, for a rate below 1 Hz)."""
     unit = Fraction(1) if rate >= 1 else Fraction(1, SECOND)

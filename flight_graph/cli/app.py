@@ -10,6 +10,7 @@ from flight_graph.cli import (
     demo,
     design,
     doctor,
+    export_c,
     fault,
     identify,
     layout,
@@ -17,6 +18,7 @@ from flight_graph.cli import (
     replay,
     report,
     scenarios,
+    step,
     sweep,
 )
 
@@ -25,6 +27,7 @@ app = typer.Typer(
     help="Simulated flight software for spacecraft at small bodies: run, record, judge.\n\n"
          "Example: [bold]flight run cubli_asteroid[/bold]")
 scenarios.register(app)
+step.register(app)
 layout.register(app)
 check.register(app)
 compile.register(app)
@@ -37,5 +40,6 @@ rare.register(app)
 claims.register(app)
 design.register(app)
 identify.register(app)
+export_c.register(app)
 demo.register(app)
 doctor.register(app)

@@ -80,7 +80,17 @@ def info(
         if record.name not in _HIDDEN:
             text = f"{record.name}: " + ", ".join(f"{key} {value}" for key, value in record.metadata.items())
             console.print(text, highlight=False, markup=False)
-    console.print("attachments: " + ", ".join(report["attachments"]), highlight=False, markup=False)
+    console.print("attachments: " + ", ".join(_attachments(report["attachments"])), highlight=False, markup=False)
+
+
+def _attachments(names: list[str]) -> list[str]:
+    """Names of attachments, of many checkpoints the first and the last."""
+    from flight_graph.engines.checkpoint import FOLDER
+    checkpoints = [name for name in names if name.startswith(FOLDER)]
+    if len(checkpoints) < 4:
+        return names
+    return [*(name for name in names if name not in checkpoints),
+            f"{len(checkpoints)} checkpoints ({checkpoints[0]} to {checkpoints[-1].removeprefix(FOLDER)})"]
 
 
 def tell_unchecked(*bags) -> None:

@@ -10,7 +10,7 @@ import typer
 
 from flight_graph import yaml_text
 from flight_graph.cli.scenario_tables import show
-from flight_graph.cli.show import RunProgress, add, console, metrics_table, status
+from flight_graph.cli.show import RunProgress, add, console, metrics_table, status, steps
 from flight_graph.cli.topic_tables import show_topics
 from flight_graph.cli.trust import Trust, asked
 from flight_graph.errors import FlightError
@@ -69,8 +69,11 @@ def list_(
 
 
 def run(
-    scenario: Annotated[str, typer.Argument(
-        help="A scenario's name, or the path of a YAML file; or the folder of a campaign, with --case.")],
+    scenario: Annotated[str | None, typer.Argument(
+        help="A scenario's name, or the path of a YAML file; or the folder of a campaign, with --case.")] = None,
+    begin: Annotated[str | None, typer.Option(
+        "--from", metavar="BAG@SECONDS", help="Go on where a recorded run stood at this time; with --set it is a branch "
+                                              "of it, and --duration counts from there.")] = None,
     engine: Annotated[str, typer.Option(help="compiled, python (the same kernels, uncompiled) or ros.")] = "compiled",
     pace: Annotated[str, typer.Option(help="ros only: lockstep, realtime or realtime:FACTOR.")] = "lockstep",
     settings: Settings = None,
@@ -88,8 +91,13 @@ def run(
     from flight_graph import runs
     from flight_graph.engines.choice import check_engine
     from flight_graph.graphs import scenario as scenarios
-    consent, campaign = asked(trust), None
-    if os.path.isdir(scenario):
+    consent, campaign, start, swept = asked(trust), None, None, None
+    if (scenario is None) == (begin is None):
+        raise FlightError("flight run needs a scenario, or --from BAG@SECONDS in its place")
+    if begin is not None:
+        start = _continued(begin, settings, seed, duration, consent, not as_json, params or case is not None)
+        loaded = start.scenario
+    elif os.path.isdir(scenario):
         campaign, swept = _campaign(scenario, case, {"--set": settings, "--params": params, "--seed": seed,
                                                      "--duration": duration}, consent)
         loaded = scenarios.vary_case(swept, case)
@@ -101,13 +109,13 @@ def run(
     folder = runs.new_folder(out, loaded, engine)
     if case is not None:
         status(_case(swept, case))
-    for warning in loaded.warnings():
+    for warning in [*loaded.warnings(), *(start.warnings if start else ())]:
         status(f"warning: {warning}")
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # both end the nodes and close the bag
     with RunProgress(loaded, not as_json) as progress:
         try:
             outcome = runs.execute(loaded, engine, pace, folder, progress.advance, progress.compiling,
-                                   check_bounds, tell=status)
+                                   check_bounds, tell=status, begin=start.begin if start else None)
         except (KeyboardInterrupt, FlightError) as error:
             reason = str(error) or "interrupted"
             raise FlightError(f"{reason}; {_what_is_left(folder)}") from None
@@ -118,17 +126,31 @@ def run(
         print(json.dumps({
             "scenario": loaded.name, "bag": str(outcome.bag), "engine": outcome.engine, "pace": outcome.pace,
             "seed": loaded.seed, "wall_s": outcome.wall_s, "compile_s": outcome.compile_s, "lost": outcome.lost,
-            "ros_domain_id": outcome.domain,
+            "ros_domain_id": outcome.domain, "begins": start.begin.metadata() if start else None,
             "metrics": outcome.metrics, "units": _units(loaded, outcome.metrics),
             "statistics": outcome.statistics, "watchdog": outcome.notes,
             "warnings": loaded.warnings(), "differs_from_its_row": differing}))
         return
+    if start:
+        status(start.begin.sentence())
     console.print(metrics_table(loaded, outcome))
     for note in outcome.notes:
         status(note)
     if outcome.lost:
         status(f"{outcome.lost} messages were lost (realtime); the bag's metadata says which")
     print(outcome.bag)
+
+
+def _continued(begin, settings, seed, duration, consent, wanted, others):
+    """What goes on where a recorded run stood."""
+    from flight_graph.graphs.overrides import parse_settings
+    from flight_graph.recordings.continuation import continued
+    if others:
+        raise FlightError("--params and --case are of a scenario's file; with --from, --set says what a branch changes")
+    given = parse_settings(settings) | ({"seed": seed} if seed is not None else {})
+    with steps(f"to {begin}", wanted) as advance:
+        return continued(begin, given, duration, consent, lambda seconds: advance(seconds, None, "s simulated"),
+                         lambda done, total, names: advance(done, total, f"compiling {names} (once; it is kept)"))
 
 
 def _units(scenario, metrics) -> dict:

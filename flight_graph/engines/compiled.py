@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 import numba
 import numpy as np
 
-from flight_graph.engines import compilation, driver
+from flight_graph.engines import checkpoint, compilation, driver
 from flight_graph.engines.addresses import address
+from flight_graph.engines.checkpoint import Checkpoint
 from flight_graph.engines.memory import refuse_too_long
 from flight_graph.engines.plain_driver import PlainTables
 from flight_graph.engines.schedule import Schedule
@@ -43,7 +44,7 @@ class Recording:
     """What a run left behind: tracks in the order of the schedule, and how long it took.
 
     wall_s: seconds in the loop alone; compile_s: seconds until the first step could run. stopped: the sentence of a
-    component that ended the run before its time.
+    component that ended the run before its time. checkpoints: those that were kept, by tick.
     """
 
     scenario: Scenario
@@ -51,6 +52,7 @@ class Recording:
     wall_s: float = 0.0
     compile_s: float = 0.0
     stopped: str = ""
+    checkpoints: list[Checkpoint] = field(default_factory=list)
 
     def __getitem__(self, topic: str) -> np.ndarray:
         for track in self.tracks:
@@ -74,11 +76,12 @@ class CompiledRun:
         self.scenario, self.graph, self.check_bounds = scenario, scenario.graph, check_bounds
         self.schedule = Schedule.of(self.graph, scenario.recorded() if plan is None else plan, scenario.faults)
         self._codes = None if like is None else like._codes
+        self.shape = None  # of its checkpoints, once it is asked for
 
     @property
     def ticks(self) -> int:
         """Ticks of the whole run."""
-        return -(-self.scenario.duration_ns // self.graph.base_ns)
+        return self.scenario.ticks
 
     @property
     def components(self) -> dict:
@@ -100,43 +103,55 @@ class CompiledRun:
             self._codes = {name: found[node.use] for name, node in self.graph.nodes.items()}
         return time.perf_counter() - began
 
-    def start(self, ticks: int, logs: dict | None = None) -> "Flight":
-        """Fresh memory for a run of so many ticks, with every component started."""
+    def start(self, ticks: int, logs: dict | None = None, begin: Checkpoint | None = None, kind: type | None = None):
+        """A `Flight` in fresh memory for so many ticks: every component started, or as it stood at a checkpoint.
+
+        kind: of flight. Raises FlightError where the checkpoint is of another graph.
+        """
         self.refuse_too_long_a_run(ticks)
         self.compile()
-        return self.flight(self.schedule.memory(ticks, logs))
+        return (kind or Flight)(self, self.schedule.memory(ticks, logs), self._codes, begin)
 
     def flight(self, arrays: dict) -> "Flight":
         """A flight in this memory, with every component started."""
         return Flight(self, arrays, self._codes)
 
-    def refuse_too_long_a_run(self, ticks: int) -> None:
-        """Refuse a run whose log does not fit into memory. Raises FlightError."""
-        refuse_too_long(self.schedule.log_bytes(ticks), f"{self.scenario.origin}: a run of {ticks} ticks of "
+    def refuse_too_long_a_run(self, ticks: int, keeping: bool = False) -> None:
+        """Refuse a run whose log (and checkpoints, where it keeps them) does not fit into memory. Raises FlightError."""
+        size = self.schedule.log_bytes(ticks)
+        if keeping and self.scenario.checkpoint_period_ns:
+            kept = sum(array.nbytes for name, array in self.schedule.memory(0).items() if checkpoint.is_kept(name))
+            size += kept * (ticks * self.graph.base_ns // self.scenario.checkpoint_period_ns)
+        refuse_too_long(size, f"{self.scenario.origin}: a run of {ticks} ticks of "
                         f"{self.graph.base_ns / SECOND:g} s")
 
-    def run(self, progress=None, logs: dict | None = None, compiling=None) -> Recording:
+    def run(self, progress=None, logs: dict | None = None, compiling=None, begin: Checkpoint | None = None,
+            keeping: bool = False) -> Recording:
         """Run the scenario. progress(seconds simulated) is called now and then.
 
         Raises RunStopped on a fault; what was recorded until then is its ``recording``. logs: takes the arrays of the log,
         and gives those of an earlier run back to this one: a recording made with the same dictionary before is
-        overwritten. compiling: as the progress of `compile`.
+        overwritten. compiling: as the progress of `compile`. begin: where the run begins, if not at t = 0; keeping: whether
+        the checkpoints that the scenario asks for are kept.
         """
-        ticks = self.ticks
+        first, ticks = begin.tick if begin else 0, self.ticks
         if logs is None or not logs:
-            self.refuse_too_long_a_run(ticks)
+            self.refuse_too_long_a_run(max(ticks - first, 0), keeping)
         compile_s = self.compile(compiling)
         began = time.perf_counter()
-        flight = self.start(ticks, logs)
-        chunk = min(max(SHORTEST_CHUNK, ticks // 100) if progress else ticks, LONGEST_CHUNK)
+        flight = self.start(max(ticks - first, 0), logs, begin)
+        chunk, checkpoints = min(max(SHORTEST_CHUNK, ticks // 100) if progress else max(ticks, 1), LONGEST_CHUNK), []
         while not flight.stop and flight.tick < ticks:
-            flight.advance(min(ticks, flight.tick + chunk))
+            due = self.scenario.next_checkpoint(flight.tick) if keeping else ticks
+            flight.advance(min(ticks, flight.tick + chunk, due))
+            if flight.tick == due < ticks and not flight.stop:
+                checkpoints.append(flight.checkpoint())
             if progress:
                 progress(flight.tick * self.graph.base_ns / SECOND)
         wall_s = time.perf_counter() - began
         if logs is not None:
             logs.update((name, array) for name, array in flight.arrays.items() if name.startswith("L_"))
-        recording = Recording(self.scenario, flight.tracks(), wall_s, compile_s)
+        recording = Recording(self.scenario, flight.tracks(), wall_s, compile_s, checkpoints=checkpoints)
         if flight.stop:
             flight.stop.recording, recording.stopped = recording, str(flight.stop)
             raise flight.stop
@@ -148,10 +163,12 @@ class Flight:
 
     _control = None  # in plain Python
 
-    def __init__(self, run: CompiledRun, arrays: dict, codes: dict | None):
+    def __init__(self, run: CompiledRun, arrays: dict, codes: dict | None, begin: Checkpoint | None = None):
         self.arrays, self.stop = arrays, None
         self._run, self._graph, self._schedule, self._codes = run, run.graph, run.schedule, codes
-        self._tick = 0
+        self._tick = self._first = begin.tick if begin else 0
+        if begin:
+            begin.restore(arrays, self.shape, run.scenario.origin)
         with np.errstate(all="ignore"):
             if codes is None:
                 components = {name: node.component for name, node in self._graph.nodes.items()}
@@ -159,7 +176,27 @@ class Flight:
             else:
                 self._tables = driver.Tables(self._schedule, arrays, codes, run.scenario.epoch_ns)
                 self._control = self._tables.control(run.scenario.epoch_ns, self._graph.base_ns)
-            self._start()
+            self._seek(self._tick)
+            if begin is None:
+                self._start()
+
+    @property
+    def shape(self) -> dict:
+        """What a checkpoint of it must have, see `flight_graph.engines.checkpoint.shape`."""
+        if self._run.shape is None:
+            self._run.shape = checkpoint.shape(self._graph, self.arrays, self._run.scenario.epoch_ns)
+        return self._run.shape
+
+    def _seek(self, tick):
+        """Let the next tick be this one."""
+        self._tick = tick
+        self._tables.begin(tick)
+        if self._codes is not None:
+            self._control["tick"] = tick
+
+    def checkpoint(self) -> Checkpoint:
+        """The memory as it is now, before the next tick."""
+        return Checkpoint.of(self._tick, self.shape, self.arrays)
 
     def begin_again(self, contents: dict[str, np.ndarray]) -> None:
         """Start anew in the same memory, with these contents of the arrays: all of them, but for logs."""
@@ -209,10 +246,13 @@ class Flight:
             self._advance_plainly(tick)
             return
         self._control["end"] = tick
-        if self._drive():
+        try:
+            code = self._drive()
+        finally:
+            self._tick = int(self._control["tick"][0])
+        if code == 1:
             firing = self._schedule.firings[int(self._control["who"][0])]
-            self.stopped_at(int(self._control["tick"][0]), firing.node, firing.part, int(self._control["stop"][0]))
-        self._tick = int(self._control["tick"][0])
+            self.stopped_at(self._tick, firing.node, firing.part, int(self._control["stop"][0]))
 
     def went_to(self, tick: int) -> None:
         """Another driver (`flight_graph.lanes`) has brought memory and tables to a tick."""
@@ -241,10 +281,11 @@ class Flight:
 
     def _advance_plainly(self, end):
         with np.errstate(all="ignore"):
-            while not self.stop and self._tick < end:
-                self._plain_tick(self._tick * self._graph.base_ns)
+            while not self.stop and self._tick < end and not self._plain_tick(self._tick * self._graph.base_ns):
+                pass
 
-    def _plain_tick(self, t_ns):
+    def _plain_tick(self, t_ns) -> bool:
+        """Run one tick; whether to end here."""
         self._tables.hold(self._tick)
         stamp = stamp_parts(self._run.scenario.epoch_ns + t_ns)
         for firing, bound in zip(self._schedule.firings, self._tables.firings):
@@ -253,8 +294,9 @@ class Flight:
                 if code:
                     self._stopped(firing.node, firing.part, code)
                 if self.stop:
-                    return
+                    return True
         self._tick += 1
+        return False
 
     def _guarded(self, node, part, call, *arguments):
         """What a kernel raises in plain Python stops the run, as it does when compiled."""
@@ -293,7 +335,8 @@ class Flight:
                 if made.log is not None:
                     records = self.arrays[made.log][:counts[made.log]]
                     period = self._schedule.log_period_ns(firing.node, made.port)
-                    stamps = np.arange(len(records)) * period if made.times is None else (
+                    begin = -(-self._first * self._graph.base_ns // period)
+                    stamps = (begin + np.arange(len(records))) * period if made.times is None else (
                         self.arrays[made.times][:len(records)] * self._graph.base_ns)
                     tracks.append(Track(made.signal.topic, made.signal, firing.node, made.port, stamps, records))
         return tracks

@@ -17,7 +17,7 @@ from numba.extending import intrinsic
 from flight_graph.engines import cache as store
 from flight_graph.engines import effects, parts
 from flight_graph.engines.addresses import address, compiled, copy, half_at, row, set_word_at, word_at
-from flight_graph.engines.condition_steps import table
+from flight_graph.engines.condition_steps import holds, table
 from flight_graph.engines.effects import BEGINS_ANEW, IS_DOWN
 from flight_graph.engines.fault_tables import FaultTables
 from flight_graph.engines.schedule import Schedule, finite_runs, stamp_offset
@@ -26,7 +26,7 @@ from flight_math.kernel import library
 
 _WORD = "<i8"
 
-CONTROL = table("tick end epoch_ns base_ns stop who holds holds_end firings firings_end fire")  # fire: its address
+CONTROL = table("tick end epoch_ns base_ns stop who holds holds_end firings firings_end fire when when_end")  # addresses
 HOLD = table("next period target origin size")
 FIRING = table("next period part parameters state records fault outputs outputs_end own start")
 OUTPUT = table("next period stamp record size runs runs_end visible log log_next log_period channel times")
@@ -156,7 +156,9 @@ def fire(firing_at, tick, t_ns, stamp):
 
 @compiled
 def run(control_at):
-    """Run from control.tick to control.end. Returns 0, or 1 when a firing stopped it (control.stop and .who)."""
+    """Run from control.tick to control.end. Returns 0, 1 when a firing stopped it (control.stop and .who), or 2 at the
+    first tick before which the condition control.when holds, where there is one.
+    """
     control = row(control_at, CONTROL)
     while control.tick < control.end:
         tick = control.tick
@@ -181,6 +183,8 @@ def run(control_at):
                     return 1
             at += _FIRING_SIZE
         control.tick = tick + 1
+        if control.when != 0 and holds(control.when, control.when_end, t_ns + control.base_ns):
+            return 2
     return 0
 
 
@@ -270,6 +274,14 @@ class Tables:
         return (0, made.period, place(made.written) + stamp_offset(made.signal), record, made.signal.dtype.itemsize, runs,
                 runs_end, place(made.visible), place(made.log), 0 if made.log else -1, made.log_period,
                 self.faults.channel(made), place(made.times))
+
+    def begin(self, tick: int) -> None:
+        """Let everything be due at its first tick from this one on."""
+        for rows in (self.holds, self.firings, self.outputs):
+            rows["next"] = -(-tick // rows["period"]) * rows["period"]
+        logged = self.outputs["log_period"] > 0
+        period = self.outputs["log_period"][logged]
+        self.outputs["log_next"][logged] = -(-tick // period) * period
 
     def control(self, epoch_ns: int, base_ns: int) -> np.ndarray:
         """The record that the driver works on, at tick 0."""

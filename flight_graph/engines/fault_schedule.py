@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flight_graph.engines import effects
+from flight_graph.engines.addresses import same
 from flight_graph.engines.condition_steps import STEP
 from flight_graph.faults import fault_types as types
 from flight_graph.faults.conditions import Condition
@@ -236,9 +237,9 @@ def memory(firings, components: dict, arrays: dict) -> dict[str, np.ndarray]:
             made[channel.record], made[channel.visible] = signal.new()[1], signal.new()[1]
             _remember(made, channel.effects)
         if own.parameters:
-            made[f"N_{firing.node}"] = arrays[own.parameters].copy()
+            made[f"N_{firing.node}"] = same(arrays[own.parameters])
         if own.ends:
-            made[f"Z_{firing.node}"] = arrays[firing.state].copy()
+            made[f"Z_{firing.node}"] = same(arrays[firing.state])
     return made
 
 
@@ -248,7 +249,7 @@ def _remember(made, found):
         if effect.kept:
             made[f"B_{effect.name}"] = np.zeros(-(-effect.kept // 8), "<i8")
         if effect.change is not None:
-            made[f"G_{effect.name}"] = effect.change.record.copy()
+            made[f"G_{effect.name}"] = same(effect.change.record)
         if effect.condition:
             made[f"C_{effect.name}"] = np.zeros(len(effect.condition.steps), STEP)
 

@@ -100,17 +100,23 @@ class FaultTables:
         return row[0].item()
 
     def _condition(self, effect):
-        steps = self._arrays[f"C_{effect.name}"]
-        at, size = address(steps), STEP.itemsize
-        for row, step in zip(steps, effect.condition.steps):
-            row["op"], row["a"], row["b"], row["constant"] = step.op, at + size * step.a, at + size * step.b, step.constant
-            row["epoch_ns"] = self._epoch_ns
-            if step.field is not None:
-                array = effect.array if step.signal is None else watched(effect.node, *step.signal)
-                row["address"] = address(self._arrays[array]) + step.field.offset
-                row["kind"] = _KINDS.get(step.field.dtype.str, _WHOLE.get(step.field.dtype.kind))
-                row["width"] = step.field.dtype.itemsize
-        return at, at + steps.nbytes
+        def place(step):
+            array = effect.array if step.signal is None else watched(effect.node, *step.signal)
+            return address(self._arrays[array])
+        return fill(self._arrays[f"C_{effect.name}"], effect.condition, place, self._epoch_ns)
+
+
+def fill(steps: np.ndarray, condition, place, epoch_ns: int) -> tuple[int, int]:
+    """Fill the steps of a condition; return begin and end. place(step): address of the record that a step reads."""
+    at, size = address(steps), STEP.itemsize
+    for row, step in zip(steps, condition.steps):
+        row["op"], row["a"], row["b"], row["constant"] = step.op, at + size * step.a, at + size * step.b, step.constant
+        row["epoch_ns"] = epoch_ns
+        if step.field is not None:
+            row["address"] = place(step) + step.field.offset
+            row["kind"] = _KINDS.get(step.field.dtype.str, _WHOLE.get(step.field.dtype.kind))
+            row["width"] = step.field.dtype.itemsize
+    return at, at + steps.nbytes
 
 
 def _of_fault(fault, op) -> dict:

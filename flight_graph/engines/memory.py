@@ -18,7 +18,7 @@ def refuse_too_long(log_bytes: int, what: str) -> None:
     if COPIES * log_bytes > free:
         kept = f"{size_text(log_bytes)} of messages, and {size_text(free)} of memory are free"
         raise FlightError(f"{what} would keep {kept}; run it for a shorter time, or record less "
-                          "(record: {topics: [...], max_rate_hz: ...})")
+                          "(record: {topics: [...], max_rate_hz: ..., checkpoint_period_s: ...})")
 
 
 def free_bytes() -> int:

@@ -27,8 +27,8 @@ class PlainFiring:
         self._fault = arrays[firing.state]["fault"]
         self.outputs = [PlainOutput(made, arrays, faults.channel(made)) for made in firing.publications]
 
-    def fire(self, tick: int, t_ns: int, stamp: tuple[int, int]) -> int:
-        """One firing. Returns 0 or a code of `stops`."""
+    def fire(self, tick: int, t_ns: int, stamp: tuple[int, int], around=None) -> int:
+        """One firing. Returns 0 or a code of `stops`. around(function, *arguments): calls the kernel in its place."""
         if self._own:
             answer = effects.prepare(self._own, t_ns)
             if answer == effects.IS_DOWN:
@@ -42,7 +42,10 @@ class PlainFiring:
             effects.alter(self._own, t_ns)
         for output in self.outputs:
             output.stamp[0], output.stamp[1] = stamp
-        self._function(t_ns, *self._arguments)
+        if around is None:
+            self._function(t_ns, *self._arguments)
+        else:
+            around(self._function, t_ns, *self._arguments)
         if self._fault[0]:
             return FAULT
         for output in self.outputs:
@@ -97,6 +100,9 @@ class PlainTables:
         self._holds = [(hold.period, arrays[hold.target], arrays[hold.origin]) for hold in schedule.holds]
         self.faults = FaultTables(schedule, arrays, epoch_ns)
         self.firings = [PlainFiring(components[firing.node], arrays, firing, self.faults) for firing in schedule.firings]
+
+    def begin(self, tick: int) -> None:
+        """Nothing to do: what is due follows from the tick."""
 
     def start(self, node: str, parameters: np.ndarray, state: np.ndarray) -> None:
         """Run the start of a node."""

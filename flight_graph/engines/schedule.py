@@ -90,11 +90,11 @@ class Schedule:
         for node in graph.nodes.values():
             if node.component.start is not None:
                 schedule.starts.append((node.name, f"P_{node.name}", f"X_{node.name}"))
-            schedule.holds += [Hold(graph.ticks(node), _held(node, port), schedule._shown(edge.node, edge.port))
+            schedule.holds += [Hold(graph.ticks(node), _held(node, port), schedule.shown(edge.node, edge.port))
                                for port, edge in node.inputs.items() if edge.delay]
             if faults:
                 schedule.holds += [Hold(graph.ticks(node), fault_schedule.watched(node.name, *signal),
-                                        schedule._shown(*signal))
+                                        schedule.shown(*signal))
                                    for signal in faults.watched(node.name)]
         schedule.firings = [schedule._firing(step) for step in graph.order]
         return schedule
@@ -148,7 +148,7 @@ class Schedule:
         node, faults = self.graph.nodes[step.node], self._faults_of(self.graph.nodes[step.node])
         inputs = [] if step.part == "output" else list(node.component.inputs)
         outputs = [] if step.part == "update" else list(node.component.outputs)
-        origins = {port: self._read(node, port) for port in inputs}
+        origins = {port: self.read_by(node, port) for port in inputs}
         channels = {port: channel for port, origin in origins.items()
                     if faults and (channel := faults.input(port, origin)) is not None}
         seen = {port: channels[port].visible if port in channels else origin for port, origin in origins.items()}
@@ -173,16 +173,16 @@ class Schedule:
     def _is_copied(self, node, port) -> bool:
         return is_slower(node, port) or self._is_irregular(node, port)
 
-    def _shown(self, name, port) -> str:
-        """What readers of an output see."""
+    def shown(self, name: str, port: str) -> str:
+        """The array that readers of an output see."""
         node, faults = self.graph.nodes[name], self._faults_of(self.graph.nodes[name])
         if self._is_copied(node, port):
             return f"V_{name}.{port}"
         return f"{'E' if faults and faults.output(port, '', '') else 'O'}_{name}.{port}"
 
-    def _read(self, node, port) -> str:
-        """What an input reads."""
-        return _held(node, port) if _is_held(node, port) else self._shown(node.inputs[port].node, node.inputs[port].port)
+    def read_by(self, node, port: str) -> str:
+        """The array that an input reads, before its faults."""
+        return _held(node, port) if _is_held(node, port) else self.shown(node.inputs[port].node, node.inputs[port].port)
 
 
 def is_slower(node, port) -> bool:

@@ -7,7 +7,8 @@ import numpy as np
 
 from flight_graph.components.component import Component
 from flight_graph.engines import compilation, driver, fault_schedule
-from flight_graph.engines.addresses import address
+from flight_graph.engines.addresses import address, same
+from flight_graph.engines.checkpoint import is_kept
 from flight_graph.engines.part_calls import parts, ports
 from flight_graph.engines.plain_driver import PlainTables
 from flight_graph.engines.schedule import Firing, Publication, Schedule
@@ -28,7 +29,7 @@ class SingleComponent:
                  inputs: dict, outputs: dict, output_periods: dict, epoch_ns: int, check_bounds: bool = False,
                  faults: FaultSet | None = None, watched: dict | None = None):
         self.name, self.component, self._epoch_ns = name, component, epoch_ns
-        self._fresh = state.copy()
+        self._fresh = same(state)
         self._faults = fault_schedule.of(faults, SimpleNamespace(name=name, component=component))
         self._numbers = {part: i for i, part in enumerate(part for part in parts(component) if part != "start")}
         schedule = Schedule(None, {}, firings=[self._firing(part, output_periods) for part in self._numbers])
@@ -70,8 +71,18 @@ class SingleComponent:
             if way is not None:  # what is published stands behind the faults
                 arrays[f"O_{name}.{port}"], made[way.record] = component.outputs[port].new()[1], outputs[port]
         if f"N_{name}" in made:
-            arrays[f"P_{name}"], made[f"N_{name}"] = parameters.copy(), parameters
+            arrays[f"P_{name}"], made[f"N_{name}"] = same(parameters), parameters
         return arrays | made
+
+    def kept(self) -> dict[str, bytes]:
+        """Its part of a checkpoint, by the names of arrays."""
+        return {name: array.tobytes() for name, array in self._arrays.items() if is_kept(name)}
+
+    def restore(self, arrays: dict[str, bytes]) -> None:
+        """Go on with the memory of a checkpoint of its graph."""
+        for name, array in self._arrays.items():
+            if is_kept(name):
+                array.view("u1").reshape(-1)[:] = np.frombuffer(arrays[name], "u1")
 
     def take_over(self, earlier: "SingleComponent") -> None:
         """Go on where another one of the same component stood, with other faults: what was remembered is remembered."""

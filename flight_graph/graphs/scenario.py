@@ -37,7 +37,7 @@ from flight_graph.graphs.vary import Vary
 from flight_graph.monitors import monitor_file
 from flight_graph.monitors.monitor_set import MonitorSet, component_of
 from flight_graph.text_files import short
-from flight_graph.timebase import SECOND, duration_ns, period_ns
+from flight_graph.timebase import SECOND, duration_ns, next_checkpoint_ns, period_ns
 from flight_math.noise import stream_key
 
 _NODE = re.compile("[A-Za-z][A-Za-z0-9_]{0,99}")
@@ -95,6 +95,22 @@ class Scenario:
     @property
     def seed(self) -> int:
         return self.file.seed
+
+    @property
+    def ticks(self) -> int:
+        """The tick behind the last one."""
+        return -(-self.duration_ns // self.graph.base_ns)
+
+    @property
+    def checkpoint_period_ns(self) -> int:
+        """Time between checkpoints; 0: none are kept."""
+        period = self.file.record.checkpoint_period_s
+        return 0 if period is None else duration_ns(period, f"{self.origin}: record.checkpoint_period_s")
+
+    def next_checkpoint(self, tick: int) -> int:
+        """The first tick behind this one that a checkpoint is to be kept of; the end where there is none."""
+        period, base = self.checkpoint_period_ns, self.graph.base_ns
+        return min(self.ticks, next_checkpoint_ns(tick * base, period, base) // base) if period else self.ticks
 
     def warnings(self) -> list[str]:
         """What the components say of their parameters, each behind the component's name, and parameters without effect."""

@@ -42,6 +42,8 @@ class RecordEntry(_Strict):
         "every topic is thinned to at most this rate [Hz]"))
     flush_period_s: float = Field(FLUSH_PERIOD_S, ge=0.01, le=60, allow_inf_nan=False, description=(
         "wall time [s] of messages that a kill -9 of the recorder may cost at most"))
+    checkpoint_period_s: float | None = Field(None, ge=1e-3, le=1e9, allow_inf_nan=False, description=(
+        "simulated time [s] between checkpoints, from which a run can be continued; none when left out; see time.md"))
 
 
 class EngineLimit(_Strict):

@@ -4,8 +4,11 @@ from dataclasses import dataclass
 
 from flight_graph.bags.reader import Bag, read_bag
 from flight_graph.components.foreign import consent
+from flight_graph.engines.checkpoint import Checkpoint
 from flight_graph.graphs.scenario import Scenario
+from flight_graph.recordings import beginning
 from flight_graph.recordings.bag_scenario import read_scenario
+from flight_graph.recordings.beginning import Beginning
 from flight_graph.recordings.recording import BagSignals, RecordedTopic, recorded_topics, versions
 
 CODE = ("flight_graph", "commit")  # versions of this project; all others are of what it stands on
@@ -13,7 +16,10 @@ CODE = ("flight_graph", "commit")  # versions of this project; all others are of
 
 @dataclass(frozen=True)
 class RecordedRun:
-    """changed: version -> (in the bag, here), of those that differ. recovered: the bag was made by `flight recover`."""
+    """changed: version -> (in the bag, here), of those that differ. recovered: the bag was made by `flight recover`.
+
+    begin: where the run began, if not at t = 0.
+    """
 
     bag: Bag
     scenario: Scenario
@@ -22,6 +28,22 @@ class RecordedRun:
     complete: bool
     recovered: bool
     changed: dict[str, tuple[str, str]]
+    begin: Beginning | None = None
+
+    @property
+    def first(self) -> Checkpoint | None:
+        """The memory that the run began with; None: that of t = 0."""
+        return self.begin.checkpoint if self.begin else None
+
+    @property
+    def begin_ns(self) -> int:
+        """Time of its first tick [ns]."""
+        return self.first.t_ns if self.first else 0
+
+    def checkpoint_before(self, tick: int) -> Checkpoint | None:
+        """The newest checkpoint not behind a tick; None: the start at t = 0. Raises FlightError where it is damaged."""
+        known = [one for one in beginning.ticks(self.bag) if one <= tick]
+        return beginning.checkpoint(self.bag, known[-1]) if known else None
 
     @property
     def signals(self) -> BagSignals:
@@ -70,4 +92,4 @@ def open_recorded(path, trust=False) -> RecordedRun:
     made, ended, here = bag.metadata.get("flight_graph", {}), bag.metadata.get("flight_graph.outcome", {}), versions()
     changed = {name: (made.get(name, "unknown"), now) for name, now in here.items() if made.get(name) != now}
     return RecordedRun(bag, scenario, made.get("engine", "unknown"), made.get("pace", "unknown"),
-                       ended.get("complete") == "true", "recovered" in bag.metadata, changed)
+                       ended.get("complete") == "true", "recovered" in bag.metadata, changed, beginning.read_beginning(bag))

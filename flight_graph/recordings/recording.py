@@ -14,10 +14,12 @@ from flight_graph.bags.reader import read_bag
 from flight_graph.bags.writer import BagWriter
 from flight_graph.components.component import Formatted
 from flight_graph.components.foreign import consent
+from flight_graph.engines.checkpoint import MEDIA_TYPE, Checkpoint
 from flight_graph.engines.compiled import Recording
 from flight_graph.graphs.papers import papers
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.bag_scenario import SCENARIO, read_scenario
+from flight_graph.recordings.beginning import BEGINS, Beginning
 from msg_schemas.definitions import TYPESTORE
 from msg_schemas.qos import Role
 from msg_schemas.signal import Signal
@@ -66,9 +68,10 @@ def versions() -> dict[str, str]:
 
 
 class RunBag:
-    """The bag of one run, open for writing."""
+    """The bag of one run, open for writing. begin: where the run begins, if not at t = 0."""
 
-    def __init__(self, folder, scenario: Scenario, engine: str, pace: str, overwrite: bool = False):
+    def __init__(self, folder, scenario: Scenario, engine: str, pace: str, overwrite: bool = False,
+                 begin: Beginning | None = None):
         self.topics = recorded_topics(scenario)
         self.writer = BagWriter(
             folder, flush_period_s=scenario.file.record.flush_period_s, overwrite=overwrite)
@@ -89,6 +92,13 @@ class RunBag:
                                               "seed": str(scenario.seed), **versions()})
         if found := scenario.warnings():
             self.writer.metadata("flight_graph.warnings", {str(number): text for number, text in enumerate(found)})
+        if begin:
+            self.writer.metadata(BEGINS, begin.metadata())
+            self.keep(begin.checkpoint)
+
+    def keep(self, checkpoint: Checkpoint) -> None:
+        """Append a checkpoint."""
+        self.writer.attach(checkpoint.name, MEDIA_TYPE, checkpoint.encode())
 
     def write(self, topic: RecordedTopic, t_ns: int, payload: bytes) -> None:
         """Append a message; t_ns counts from the start of the run."""
@@ -105,9 +115,12 @@ class RunBag:
         self.writer.close()
 
 
-def write_recording(recording: Recording, folder, engine: str, overwrite: bool = False) -> None:
-    """Write an in-process run as a bag: messages by stamp, then in the order of the schedule."""
-    bag = RunBag(folder, recording.scenario, engine, "none", overwrite)
+def write_recording(recording: Recording, folder, engine: str, overwrite: bool = False,
+                    begin: Beginning | None = None) -> None:
+    """Write an in-process run as a bag: messages by stamp, then in the order of the schedule. begin: as for `RunBag`."""
+    bag = RunBag(folder, recording.scenario, engine, "none", overwrite, begin)
+    for checkpoint in recording.checkpoints:
+        bag.keep(checkpoint)
     tracks = {(track.node, track.port): track for track in recording.tracks}
     found = [(topic, tracks[topic.node, topic.port]) for topic in bag.topics]
     bag.write_all([(topic, *messages(topic, track.stamps_ns, track.records)) for topic, track in found])

@@ -12,6 +12,7 @@ import numpy as np
 
 from flight_graph.engines.choice import ENGINES
 from flight_graph.engines.memory import refuse_too_long
+from flight_graph.engines.schedule import Schedule
 from flight_graph.engines.single import SingleComponent
 from flight_graph.errors import FlightError, unknown
 from flight_graph.graphs import scenario as scenarios
@@ -85,8 +86,11 @@ def replay(path, component: str, engine: str = "compiled", settings: dict | None
     answers = comparable_topics(run, component)
     known_ns = run.scenario.duration_ns if run.complete else run.recorded_until_ns
     end_ns = min([entry.end_ns for entry in inputs.values()] + [known_ns])
-    if end_ns <= 0:
+    if end_ns <= run.begin_ns:
         raise FlightError(f"bag '{path}': nothing can be replayed; {_first_gap(inputs) or 'it holds no messages'}")
+    if engine == "ros" and run.begin:
+        raise FlightError(f"bag '{path}': this run {run.begin.sentence()}; a node is replayed from t = 0 only; replay it "
+                          "with --engine compiled")
     with tempfile.TemporaryDirectory(prefix="flight_replay_") as folder:
         folder = Path(folder)
         if engine == "ros":
@@ -94,7 +98,7 @@ def replay(path, component: str, engine: str = "compiled", settings: dict | None
                 run.bag.path, shortened(scenario, end_ns), component, answers, folder, progress, check_bounds)
         else:
             again, firings, stopped = _in_process(
-                scenario, node, inputs, answers, end_ns, folder / "again", progress, check_bounds)
+                scenario, node, inputs, answers, end_ns, folder / "again", progress, check_bounds, run.first)
         recorded = recorded_until(run, answers, again, end_ns, folder / "recorded")
         result = compare(recorded, again, answers, {} if settings else run.changed, tolerance)
     _explain(result, run, inputs, end_ns, stopped, bool(settings))
@@ -137,9 +141,10 @@ def recorded_inputs(run: RecordedRun, node: Node) -> dict[str, RecordedInput]:
         if run.scenario.faults.is_irregular(edge.node, edge.port):  # what is missing was kept back by a fault
             end = run.scenario.duration_ns if run.complete else run.recorded_until_ns
         else:
-            wrong = np.flatnonzero(stamps != np.arange(whole) * period)
+            first = -(-run.begin_ns // period)
+            wrong = np.flatnonzero(stamps != (first + np.arange(whole)) * period)
             whole = int(wrong[0]) if len(wrong) else whole
-            end = whole * period
+            end = (first + whole) * period
         found[port] = RecordedInput(port, topic, period, edge.delay, stamps[:whole], signals[topic][:whole],
                                     end + edge.delay, (edge.node, edge.port))
     return found
@@ -158,9 +163,11 @@ def comparable_topics(run: RecordedRun, component: str) -> list[RecordedTopic]:
     return found
 
 
-def _in_process(scenario, node, inputs, answers, end_ns, folder, progress, check_bounds):
+def _in_process(scenario, node, inputs, answers, end_ns, folder, progress, check_bounds, begin):
     """Fire the component by itself at every period; return (bag of answers, firings, sentence of a stop)."""
     machine, given, made = _machine(scenario, node, check_bounds)
+    if begin:
+        _begin(scenario, machine, inputs, given, begin)
     ports = {topic.port: topic for topic in reversed(answers)}
     rows = {port: 2 * -(-end_ns // topic.period_ns) if scenario.faults.is_irregular(node.name, port)
             else -(-end_ns // topic.period_ns) for port, topic in ports.items()}
@@ -171,13 +178,13 @@ def _in_process(scenario, node, inputs, answers, end_ns, folder, progress, check
     sources = [(entry, _bytes(entry.records), _bytes(given[port])[0]) for port, entry in inputs.items()]
     written = [(port, topic.period_ns, _bytes(logs[port]), _bytes(made[port])[0]) for port, topic in ports.items()]
     shown = max(1, end_ns // node.period_ns // 100)
-    stopped, firings, t_ns = "", 0, 0
+    stopped, firings, t_ns = "", 0, -(-begin.t_ns // node.period_ns) * node.period_ns if begin else 0
     while t_ns < end_ns:
         for entry, rows, record in sources:
             at = entry.index(t_ns)
             if at >= 0:
                 record[:] = rows[at]
-        stopped = _fire(machine, t_ns)
+        stopped = _fire(machine, t_ns, t_ns == 0 and begin is None)
         if stopped:
             break
         for port, period_ns, rows, record in written:
@@ -197,7 +204,7 @@ def _in_process(scenario, node, inputs, answers, end_ns, folder, progress, check
 
 def _bytes(records: np.ndarray) -> np.ndarray:
     """The (n, size) bytes of records."""
-    return np.ascontiguousarray(records).view("u1").reshape(len(records), -1)
+    return np.ascontiguousarray(records).view("u1").reshape(len(records), records.dtype.itemsize)
 
 
 def watched_port(node: str, port: str) -> str:
@@ -219,9 +226,18 @@ def _machine(scenario: Scenario, node: Node, check_bounds: bool):
     return machine, inputs | {watched_port(*signal): record for signal, record in watched.items()}, outputs
 
 
-def _fire(machine, t_ns) -> str:
+def _begin(scenario, machine, inputs, given, begin):
+    """Let a component stand as it did at a checkpoint, its inputs as they were."""
+    machine.restore(begin.arrays)
+    schedule = Schedule.of(scenario.graph, {}, scenario.faults)
+    for port, entry in inputs.items():
+        if begin.t_ns > 0:
+            _bytes(given[port])[0][:] = np.frombuffer(begin.arrays[schedule.shown(*entry.source)], "u1")
+
+
+def _fire(machine, t_ns, is_first) -> str:
     """One firing; the sentence of a stop, or nothing."""
-    for part in ("start", "kernel", "output", "update") if t_ns == 0 else ("kernel", "output", "update"):
+    for part in ("start", "kernel", "output", "update") if is_first else ("kernel", "output", "update"):
         if sentence := machine.call(part, t_ns):
             return sentence
     return ""
@@ -247,5 +263,5 @@ def _first_gap(inputs) -> str:
     entry = min(inputs.values(), key=lambda entry: entry.end_ns, default=None)
     if entry is None:
         return ""
-    missing_s = len(entry.stamps_ns) * entry.period_ns / SECOND
+    missing_s = (entry.end_ns - entry.delay) / SECOND
     return f"its input {entry.port} (/{entry.topic}) has no message of t = {missing_s:.9g} s"

@@ -9,10 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from flight_graph.bags.reader import read_bag
+from flight_graph.engines.checkpoint import Checkpoint, differences
 from flight_graph.engines.choice import check_engine
 from flight_graph.engines.compiled import CompiledRun, Recording
 from flight_graph.errors import FlightError, RunStopped
+from flight_graph.recordings import beginning
 from flight_graph.recordings.comparison import (
+    DIFFERENT,
     NOT_COMPARED,
     TOLERANCE,
     Comparison,
@@ -54,6 +57,7 @@ def verify(path, engine: str = "compiled", trust: bool = False, tolerance: float
         if stop:
             bag = recorded_until(run, run.topics(), again, stop.t_ns, Path(folder) / "recorded")
         result = _compare(run, bag, again, tolerance)
+    _compare_checkpoints(result, run, {one.tick: one for one in recording.checkpoints})
     if not run.complete:
         what = "was recovered after a crash" if run.recovered else "was interrupted"
         remarks.append(f"the run {what}: {run.recorded_until_ns / 1e9:.9g} of {run.scenario.duration_ns / 1e9:g} s are "
@@ -74,6 +78,21 @@ def _compare(run, bag, again, tolerance):
     return result
 
 
+def _compare_checkpoints(result: Comparison, run: RecordedRun, again: dict[int, Checkpoint]) -> None:
+    """Compare the checkpoints of a bag with those of the run made again: tick -> checkpoint."""
+    known = [tick for tick in beginning.ticks(run.bag) if tick in again and tick != (run.first.tick if run.first else None)]
+    for tick in known:
+        recorded = beginning.checkpoint(run.bag, tick)
+        if found := differences(recorded.shape, again[tick].shape) or recorded.difference(again[tick]):
+            where = found if isinstance(found, str) else f"its graph: {found[0]}"
+            result.sentences.append(f"the checkpoint of tick {tick} is another one: {where}")
+            if not run.changed:
+                result.verdict = DIFFERENT
+            return
+    if known:
+        result.sentences.append(f"equal, too: {len(known)} checkpoint{'s' if len(known) > 1 else ''}")
+
+
 def _as_nodes(run, tolerance, progress, check_bounds, as_nodes):
     """The comparison with a run of ROS nodes."""
     if as_nodes is None:
@@ -82,8 +101,11 @@ def _as_nodes(run, tolerance, progress, check_bounds, as_nodes):
         raise FlightError(f"{run.bag.path}: the run did not come to its end; a part of a run is compared by the compiled "
                           "engine only")
     with tempfile.TemporaryDirectory(prefix="flight_verify_") as folder:
-        as_nodes(run.scenario, Path(folder) / "again", progress, check_bounds)
-        return _compare(run, run.bag, read_bag(Path(folder) / "again"), tolerance)
+        as_nodes(run.scenario, Path(folder) / "again", progress, check_bounds, run.begin)
+        again = read_bag(Path(folder) / "again")
+        result = _compare(run, run.bag, again, tolerance)
+        _compare_checkpoints(result, run, {tick: beginning.checkpoint(again, tick) for tick in beginning.ticks(again)})
+        return result
 
 
 def _again(run: RecordedRun, progress, compiling, check_bounds) -> tuple[Recording | None, RunStopped | None]:
@@ -94,7 +116,8 @@ def _again(run: RecordedRun, progress, compiling, check_bounds) -> tuple[Recordi
             return None, None
         scenario = shortened(run.scenario, run.recorded_until_ns)
     try:
-        return CompiledRun(scenario, check_bounds).run(progress, compiling=compiling), None
+        return CompiledRun(scenario, check_bounds).run(
+            progress, compiling=compiling, begin=run.first, keeping=True), None
     except RunStopped as stop:
         return stop.recording, stop
 

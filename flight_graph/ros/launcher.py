@@ -21,7 +21,8 @@ from flight_graph.engines import compilation
 from flight_graph.engines.choice import check_engine
 from flight_graph.errors import FlightError
 from flight_graph.graphs.scenario import Scenario
-from flight_graph.ros import shared_memory
+from flight_graph.recordings.beginning import Beginning
+from flight_graph.ros import checkpoints, shared_memory
 from flight_graph.ros.domain import Domain
 from flight_graph.ros.installed import is_installed, not_live
 from flight_graph.ros.patience import at_least, patience_s
@@ -46,10 +47,11 @@ class RosRun:
 
 
 def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: float,
-                    check_bounds: bool = False, origin: str = "") -> dict[str, dict]:
+                    check_bounds: bool = False, origin: str = "", begin: str = "") -> dict[str, dict]:
     """node name -> its ROS parameters: those of the component, and its place in the graph. Launch files use it too.
 
-    origin: the name or the file of the scenario, for nodes with faults (by default its name).
+    origin: the name or the file of the scenario, for nodes with faults (by default its name); begin: the file of the
+    checkpoint that the run begins at.
     """
     graph, faults = scenario.graph, scenario.faults
     master = graph.clock_master
@@ -58,7 +60,7 @@ def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: flo
     recorded = set(scenario.recorded())
     common = {"pace": pace, "factor": float(factor), "window_ns": window_ns, "timeout_s": float(timeout_s),
               "supervised": True, "linger": True}
-    parameters = {}
+    parameters, memories = {}, checkpoints.settings_of(scenario, pace == "lockstep", begin)
     for name, node in graph.nodes.items():
         patience = timeout_s if name == master else 2.0 * timeout_s  # the clock master sees who is behind: it speaks first
         settings = {**common, "timeout_s": float(patience), "check_bounds": check_bounds, "epoch_ns": scenario.epoch_ns,
@@ -78,6 +80,8 @@ def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: flo
             settings[f"inputs.{port}.slotted"] = faults.is_irregular(edge.node, edge.port)
         if faults.concerns(name):
             settings["scenario"] = origin or scenario.name
+        if name in memories:
+            settings["checkpoints"] = memories[name]
         for port in node.component.outputs:
             readers = {consumer.name + "." + target for consumer, target, _ in graph.consumers(name, port)}
             readers |= {f"{other}.when {name}.{port}" for other in graph.nodes if (name, port) in faults.watched(other)}
@@ -93,20 +97,21 @@ def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: flo
 
 
 def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float = 1.0, progress=None, compiling=None,
-        check_bounds: bool = False, tell=None) -> RosRun:
+        check_bounds: bool = False, tell=None, begin: Beginning | None = None) -> RosRun:
     """Run a scenario as ROS 2 nodes and record it into ``folder``. Raises FlightError with the first node's sentence.
 
     pace: lockstep (as fast as the graph answers) or realtime (``factor`` simulated seconds per wall second).
     progress(seconds simulated) is called about once a simulated second; compiling: see `flight_graph.engines.compilation`;
-    check_bounds: with checked indices; tell(sentence): of what a person should know before it starts. KeyboardInterrupt
-    ends the nodes, closes the bag, and goes on to the caller.
+    check_bounds: with checked indices; tell(sentence): of what a person should know before it starts. begin: where the run
+    begins, if not at t = 0. KeyboardInterrupt ends the nodes, closes the bag, and goes on to the caller.
     """
     refuse(scenario)
+    checkpoints.refuse_realtime(scenario, pace, begin, tell)
     timeout_s = patience_s()
     compile_nodes(scenario.graph.nodes.values(), check_bounds, compiling)
     shared_memory.clean()
     with tempfile.TemporaryDirectory(prefix="flight_") as work, Domain(published(scenario.graph)) as domain:
-        specs = _specs(scenario, Path(work), Path(folder).absolute(), pace, factor, timeout_s, check_bounds)
+        specs = _specs(scenario, Path(work), Path(folder).absolute(), pace, factor, timeout_s, check_bounds, begin)
         if tell and domain.is_own:
             tell(domain.sentence())
         if tell and (sentence := not_live(node.component for node in scenario.graph.nodes.values())):
@@ -286,13 +291,16 @@ class Launch:
         return True
 
 
-def _specs(scenario, work, folder, pace, factor, timeout_s, check_bounds):
+def _specs(scenario, work, folder, pace, factor, timeout_s, check_bounds, begin):
+    start = checkpoints.write(work, begin)
     resolved = work / "scenario.json"
     resolved.write_text(json.dumps(scenario.resolved()), encoding="utf-8", newline="\n")
     specs = []
-    for name, values in node_parameters(scenario, pace, factor, timeout_s, check_bounds, str(resolved)).items():
+    for name, values in node_parameters(scenario, pace, factor, timeout_s, check_bounds, str(resolved),
+                                        start).items():
         if name == RECORDER:
-            values = {**values, "scenario": str(resolved), "out": str(folder), "events": str(work / EVENTS)}
+            values = {**values, "scenario": str(resolved), "out": str(folder), "events": str(work / EVENTS),
+                      "begin": start}
         path = work / f"{name}.yaml"
         path.write_text(yaml.safe_dump({f"/**/{name}": {"ros__parameters": values}}), encoding="utf-8", newline="\n")
         use = RECORDER if name == RECORDER else scenario.graph.nodes[name].use

@@ -12,17 +12,20 @@ _GONE_S = 2.0  # [s] a node whose topics have been away for longer has ended
 
 
 def run(node) -> None:
-    """Run a node from t = 0 to the end of the run. Raises FlightError, Stopped."""
+    """Run a node from t = 0, or from a checkpoint, to the end of the run. Raises FlightError, Stopped."""
     settings, component = node.settings, node.component
     paced = any(source.period_ns for source in settings.sources.values())
     clock = None if paced or settings.clock_master else ClockInput(node)
+    begin_ns = node.memory.begin_ns
     match(node)
-    node.progress.tell(0)
+    node.progress.tell(begin_ns)
     if settings.clock_master:
-        wait_for_nodes(node, 0)
-    node.call("start", 0)
+        wait_for_nodes(node, begin_ns)
+    if not node.memory.is_restored:
+        node.call("start", 0)
     began = time.perf_counter()
-    t_ns, end_ns = 0, settings.duration_ns
+    t_ns, end_ns = -(-begin_ns // settings.period_ns) * settings.period_ns, settings.duration_ns
+    node.memory.tell(t_ns)
     while not end_ns or t_ns < end_ns:
         node.check_alive()
         node.look(t_ns)
@@ -32,6 +35,7 @@ def run(node) -> None:
             clock.wait_until(t_ns, node)
         fire(node, component, t_ns)
         t_ns += settings.period_ns
+        node.memory.tell(t_ns)
         node.progress.tell(t_ns)
         if settings.clock_master and t_ns % SECOND < settings.period_ns:
             node.announce({"progress": t_ns / SECOND})

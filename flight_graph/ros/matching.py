@@ -51,7 +51,7 @@ def _unmatched(node) -> str | None:
         found = port.subscribers()
         if found < wanted:
             return f"readers of its output {name} on {port.publisher.topic}: {found} of {wanted} have appeared"
-    return node.progress.unmatched() or node.changes.unmatched()
+    return node.memory.unmatched() or node.progress.unmatched() or node.changes.unmatched()
 
 
 def _why_no_publisher(node, name, port):

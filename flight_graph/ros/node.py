@@ -5,6 +5,7 @@ from rclpy.exceptions import ParameterException
 from flight_graph.engines.single import SingleComponent
 from flight_graph.errors import FlightError, unknown
 from flight_graph.recordings.recording import formatted_payload
+from flight_graph.ros.checkpoints import CheckpointSettings, NodeMemory
 from flight_graph.ros.installed import is_installed
 from flight_graph.ros.live_faults import CLEAR, INJECT, LiveFaults
 from flight_graph.ros.managed import ManagedNode
@@ -71,6 +72,9 @@ class ComponentNode(ManagedNode):
             records, {port: entry.record for port, entry in self.outputs.items()}, self.output_periods,
             self.settings.epoch_ns, self.settings.check_bounds)
         self._machine = SingleComponent(*self._arguments, self.faults, self._watched)
+        self.memory = NodeMemory(self, CheckpointSettings(**self.settings.checkpoints), lambda: self._machine)
+        self.memory.watch(self.outputs, component.output_rate_hz)
+        self.memory.restore()
 
     def _make_ports(self, component, group):
         """Outputs first: who finds the inputs, and sends, will have found where the answers come from."""
@@ -151,6 +155,7 @@ class ComponentNode(ManagedNode):
             if t_ns % self.output_periods[name] < span_ns:
                 count = self._machine.delivered(name)
                 port.publish(self.settings.epoch_ns + t_ns, count)
+                self.memory.published(name, port.record, count)
                 for made, publisher in self.formatted * count:
                     if made.port == name and not (made.once and t_ns):
                         publisher.publish(formatted_payload(made, port.record))

@@ -15,6 +15,7 @@ from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.bag_scenario import INJECTED_FAULTS, SET_PARAMETERS
 from flight_graph.recordings.recording import RecordedTopic, RunBag, formatted_payload
 from flight_graph.ros import live_faults, parameter_changes, texts
+from flight_graph.ros.checkpoints import Collector
 from flight_graph.ros.installed import is_installed
 from flight_graph.ros.ports import LoopOnly, RawSubscription
 from flight_graph.ros.progress import Progress
@@ -35,9 +36,10 @@ class Stream:
     """One recorded signal: messages taken but not written yet, and the stamp that must come next."""
 
     def __init__(self, node, topic: RecordedTopic, epoch_ns: int, end_ns: int, group, slotted: bool = False,
-                 lossy: bool = False):
+                 lossy: bool = False, begin_ns: int = 0):
         self.topic, self.end_ns = topic, end_ns
-        self.lost, self.refused, self.next_ns, self.queue = 0, 0, 0, deque()
+        self.lost, self.refused, self.queue = 0, 0, deque()
+        self.next_ns = -(-begin_ns // topic.source_period_ns) * topic.source_period_ns
         self.excused = False  # in realtime, of a node whose process may be stopped and killed: its silence is no loss
         self._epoch_ns, self._log = epoch_ns, node.get_logger()
         self.subscription = RawSubscription(node, topic.topic, topic.type_name, RECORDER, group)
@@ -117,17 +119,21 @@ class Recorder:
     def __init__(self, node, scenario: Scenario, bag: RunBag, settings, group):
         self.node, self.bag, self.settings = node, bag, settings
         end_ns = settings.duration_ns or scenario.duration_ns
+        first = node.beginning.checkpoint.tick if node.beginning else 0
+        self.begin_ns = first * scenario.graph.base_ns
         self.streams, self.listeners, self._formatted = [], [], {}
         faulty = {fault.place.node for fault in scenario.faults.of_components().values()}
         for topic in bag.topics:
             if topic.formatted is None:
                 slotted = scenario.faults.is_irregular(topic.node, topic.port)
-                self.streams.append(Stream(node, topic, scenario.epoch_ns, end_ns, group, slotted, not settings.lockstep))
+                self.streams.append(Stream(node, topic, scenario.epoch_ns, end_ns, group, slotted, not settings.lockstep,
+                                           self.begin_ns))
                 self.streams[-1].excused = not settings.lockstep and (topic.node in faulty or (
                     scenario.file.watchdog is not None and topic.node != scenario.graph.clock_master))
             else:
                 self._formatted.setdefault((topic.node, topic.port), []).append(topic)
         self.end_ns = end_ns
+        self.checkpoints = Collector(node, scenario, first, bag.keep) if settings.lockstep else None
         self._injections = RawSubscription(node, live_faults.TOPIC, texts.TYPE, live_faults.QOS, group) if (
             scenario.live_ids) else None
         self._changes = RawSubscription(node, parameter_changes.TOPIC, texts.TYPE, parameter_changes.QOS, group) if (
@@ -145,12 +151,16 @@ class Recorder:
     def drain(self) -> int:
         while self._changes and (message := self._changes.take()) is not None:
             self.changes.append(texts.text_of(message))
+        if self.checkpoints:
+            self.checkpoints.drain()
         return sum(stream.drain() for stream in self.streams)
 
     def watermark(self) -> int:
         """Every message stamped before this has been taken. In realtime a late topic holds the others for `HOLD_S`: what
         is held here would be lost with this process."""
         low = min(stream.next_ns for stream in self.streams)
+        if self.checkpoints:
+            low = min(low, self.checkpoints.until_ns)
         if not self.settings.lockstep:
             long_ago = time.monotonic() - HOLD_S
             held = (t_ns + 1 for stream in self.streams for t_ns, _, taken in stream.queue if taken < long_ago)
@@ -186,7 +196,8 @@ class Recorder:
     @property
     def done(self) -> bool:
         """Whether all has come; of streams that are excused, what has come by then."""
-        return all(stream.done for stream in self.streams if not stream.excused)
+        return all(stream.done for stream in self.streams if not stream.excused) and (
+            self.checkpoints is None or self.checkpoints.done)
 
 
 def run(node, scenario: Scenario, folder: Path, settings) -> dict:
@@ -194,7 +205,7 @@ def run(node, scenario: Scenario, folder: Path, settings) -> dict:
 
     Raises FlightError, with the bag closed.
     """
-    bag = RunBag(folder, scenario, "ros", node.pace)
+    bag = RunBag(folder, scenario, "ros", node.pace, begin=node.beginning)
     bag.writer.metadata("flight_graph.ros", {"domain_id": os.environ.get("ROS_DOMAIN_ID") or "0"})
     recorder = Recorder(node, scenario, bag, settings, LoopOnly())
     progress = Progress(node, settings)
@@ -202,7 +213,7 @@ def run(node, scenario: Scenario, folder: Path, settings) -> dict:
     silence = Silence(node, scenario, settings, recorder.streams)
     try:
         _wait_for_publishers(node, recorder, settings, progress)
-        progress.tell(0)
+        progress.tell(recorder.begin_ns)
         while not recorder.done and not node.should_end() and not silence.is_final(recorder.drain()):
             mark = recorder.watermark()
             recorder.write_before(mark)
@@ -260,6 +271,7 @@ def _wait_for_publishers(node, recorder, settings, progress):
     while True:
         missing = [f"{stream.subscription.topic} by the node {stream.topic.node}" for stream in recorder.streams
                    if stream.publishers() < 1]
+        missing += [f"{name}/_checkpoint" for name in (recorder.checkpoints.missing() if recorder.checkpoints else ())]
         late = f"a publisher of {', '.join(missing)}" if missing else progress.unmatched()
         if late is None or node.should_end():
             return

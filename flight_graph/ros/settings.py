@@ -56,6 +56,7 @@ class Settings:
     beats: dict[str, int] = field(default_factory=dict)  # realtime: node -> allowed time between two beats [ns]
     beats_often: bool = False  # realtime: tell how far this node has come at every firing
     joins: bool = False  # realtime: the graph runs already
+    checkpoints: dict = field(default_factory=dict)  # see `flight_graph.ros.checkpoints.CheckpointSettings`
 
     def output_period_ns(self, component, port: str) -> int:
         slower = component.output_rate_hz.get(port)
@@ -105,6 +106,7 @@ def declare(node, component) -> Settings:
     settings.beats = json.loads(get("beats", "{}", "allowed time between beats of each node [ns], as JSON"))
     settings.beats_often = bool(get("beats_often", False, "tell at every firing how far this node has come"))
     settings.joins = bool(get("joins", False, "whether the graph runs already"))
+    settings.checkpoints = json.loads(get("checkpoints", "{}", "which checkpoints it tells, and begins at, as JSON"))
     settings.scenario = get("scenario", "", "the scenario, where its faults concern this node: a name, or a file")
     for port in component.outputs:
         settings.slotted[port] = bool(get(f"outputs.{port}.slotted", False, "whether faults may keep its messages back"))
