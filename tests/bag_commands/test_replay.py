@@ -9,7 +9,7 @@ import pytest
 from flight_graph.bags.reader import read_bag
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.graphs.scenario import load
-from flight_graph.recordings.recording import RunBag, open_run, payloads
+from flight_graph.recordings.recording import RunBag, messages, open_run
 from flight_graph.runs import replay
 from tests.bag_commands.conftest import recorded
 from tests.ros.processes import flight as process
@@ -103,9 +103,9 @@ def test_a_gap_in_an_input_ends_the_replay(tmp_path):
     blocks = []
     for topic in bag.topics:
         track = tracks[topic.node, topic.port]
-        rows = payloads(topic, track.records)
-        kept = np.flatnonzero((track.stamps_ns < 300_000_000) | (track.stamps_ns >= 400_000_000))
-        blocks.append((topic, track.stamps_ns[kept], [bytes(rows[i]) for i in kept]))
+        stamps, rows = messages(topic, track.stamps_ns, track.records)
+        kept = np.flatnonzero((stamps < 300_000_000) | (stamps >= 400_000_000))
+        blocks.append((topic, stamps[kept], [bytes(rows[i]) for i in kept]))
     bag.write_all(blocks)
     bag.writer.metadata("recovered", {})
     bag.close({"complete": "false"})

@@ -14,7 +14,7 @@ from flight_graph.bags.recover import recover
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.graphs.scenario import load
 from flight_graph.recordings import recorded_run
-from flight_graph.recordings.recording import RunBag, payloads, versions, write_recording
+from flight_graph.recordings.recording import RunBag, messages, versions, write_recording
 from flight_graph.runs import verify
 from msg_schemas.qos import Role
 from msg_schemas.signal import Quantity, named_vector
@@ -41,7 +41,7 @@ def elsewhere(monkeypatch):
 def test_a_run_verifies_itself(flight, asteroid):
     done = flight("verify", asteroid)
     assert done.status == 0
-    assert "equal, byte for byte: 3776 messages on 14 topics" in done.out
+    assert "equal, byte for byte: 3777 messages on 15 topics" in done.out
     report = json.loads(flight("verify", asteroid, "--json").out)
     assert (report["holds"], report["verdict"], report["applied"], report["topics"]) == (True, "equal", "bytes", [])
 
@@ -113,7 +113,7 @@ def test_another_order_of_equal_stamps(tmp_path):
     bag = RunBag(tmp_path / "bag", recording.scenario, "compiled", "none")
     tracks = {(track.node, track.port): track for track in recording.tracks}
     found = [(topic, tracks[topic.node, topic.port]) for topic in reversed(bag.topics)]
-    bag.write_all([(topic, track.stamps_ns, payloads(topic, track.records)) for topic, track in found])
+    bag.write_all([(topic, *messages(topic, track.stamps_ns, track.records)) for topic, track in found])
     bag.close({"complete": "true"})
     assert verify(tmp_path / "bag").sentences[0].startswith("the same messages in another order: at 946728000.0")
 
@@ -127,12 +127,12 @@ def test_an_interrupted_run(tmp_path):
     for number, topic in enumerate(bag.topics):
         track = tracks[topic.node, topic.port]
         kept = int(np.searchsorted(track.stamps_ns, 200_000_000 + 1_000_000 * number))
-        blocks.append((topic, track.stamps_ns[:kept], payloads(topic, track.records[:kept])))
+        blocks.append((topic, *messages(topic, track.stamps_ns[:kept], track.records[:kept])))
     bag.write_all(blocks)
     bag.close({"complete": "false"})
     result = verify(tmp_path / "bag")
     assert result.verdict == "equal"
-    assert "the run was interrupted: 0.207 of 0.5 s are recorded" in result.sentences[-1]
+    assert "the run was interrupted: 0.208 of 0.5 s are recorded" in result.sentences[-1]
 
 
 def test_a_recovered_bag(asteroid, tmp_path):
@@ -154,7 +154,7 @@ def test_a_run_that_a_component_stopped(tmp_path):
     bag = RunBag(tmp_path / "bag", load("cubli_earth", {**overrides, "controller.rho_a0": 0.01}), "ros", "lockstep")
     tracks = {(track.node, track.port): track for track in whole.tracks}
     found = [(topic, tracks[topic.node, topic.port]) for topic in bag.topics]
-    bag.write_all([(topic, track.stamps_ns[:5], payloads(topic, track.records[:5])) for topic, track in found])
+    bag.write_all([(topic, *messages(topic, track.stamps_ns[:5], track.records[:5])) for topic, track in found])
     bag.close({"complete": "false"})
     result = verify(tmp_path / "bag")
     assert result.verdict == "not compared" and "controller stopped at t = 0 s" in result.sentences[0]
