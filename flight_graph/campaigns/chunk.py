@@ -22,6 +22,7 @@ import pyarrow.parquet
 
 from flight_graph.campaigns.rows import type_text
 from flight_graph.errors import FlightError
+from flight_graph.recordings.recording import processor
 from flight_graph.text_files import size_text
 
 KEY = b"flight_campaign"
@@ -94,13 +95,7 @@ def _feed(state, column):
 @cache
 def machine() -> tuple[str, str]:
     """(host name, processor) of this machine."""
-    cpu = platform.processor() or platform.machine()
-    with contextlib.suppress(OSError):
-        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines():
-            if line.startswith("model name"):
-                cpu = line.partition(":")[2].strip()
-                break
-    return platform.node(), cpu
+    return platform.node(), processor()
 
 
 def encode(table: pyarrow.Table, campaign: str, number: int) -> bytes:
@@ -182,6 +177,8 @@ def write_durably(path: Path, content: bytes, replace: bool = True) -> bool:
 
 def _linked(draft: Path, path: Path) -> bool:
     """Give the file its name, unless it is taken; False where the disk knows no links. Raises FileExistsError."""
+    if not hasattr(os, "link"):
+        return False
     try:
         os.link(draft, path)
         return True

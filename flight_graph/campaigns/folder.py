@@ -1,6 +1,6 @@
 """Reading a campaign: its manifest, its columns, and its rows in case order, in constant memory.
 
-    campaign = Campaign.open("runs/rates")
+    campaign = Campaign.at("runs/rates")
     table = campaign.read(["case", "settling_time_s"])     # a pyarrow.Table
     for batch in campaign.batches():                       # a pyarrow.Table a chunk
         ...
@@ -34,7 +34,7 @@ class Campaign:
     manifest: Manifest
 
     @classmethod
-    def open(cls, path) -> "Campaign":
+    def at(cls, path) -> "Campaign":
         """Raises FlightError when there is no campaign, or when its manifest is damaged."""
         return cls(Path(path), Manifest.read(Path(path)))
 

@@ -40,7 +40,7 @@ def refuse_what_is_fixed(given: dict) -> None:
 
 def existing(folder: Path, runs: int | None, consent: Consent) -> tuple[Campaign, Scenario]:
     """The campaign in a folder, checked to be of the code that is here; extended to ``runs``. Raises FlightError."""
-    campaign = Campaign.open(folder)
+    campaign = Campaign.at(folder)
     scenario = campaign.manifest.load(consent)
     return _extended(campaign, scenario, runs), scenario
 
@@ -57,7 +57,7 @@ def of_scenario(name: str, given: dict, besides: Besides, runs: int | None, chun
     metrics.of(scenario)  # a name that is wrong is found before the flight
     if resume:
         out = folder(scenario)
-        campaign = Campaign.open(out)
+        campaign = Campaign.at(out)
         asked = Manifest.of(scenario, runs or campaign.manifest.runs, campaign.manifest.chunk, given)
         if found := asked.differences(campaign.manifest):
             raise FlightError(f"--resume: the campaign in {out} is another one: {short('; '.join(found[:8]), 2000)}")

@@ -47,7 +47,7 @@ def report(
     """
     from flight_graph.campaigns import report as reports
     from flight_graph.campaigns.folder import Campaign
-    campaign = Campaign.open(folder)
+    campaign = Campaign.at(folder)
     choices = reports.Choices(confidence, share, share_confidence, tuple(metrics or ()), pool)
     asked = bool(sensitivity or worst or compare or html)
     if html is not None:
@@ -56,7 +56,7 @@ def report(
         found = reports.report(campaign, choices) if as_json or not asked else None
         ranked = [reports.sensitivities(campaign, name, choices) for name in sensitivity or []]
         listed = [reports.worst(campaign, name, count, smallest, choices) for name in worst or []]
-        compared = reports.compare(campaign, Campaign.open(compare), choices) if compare else None
+        compared = reports.compare(campaign, Campaign.at(compare), choices) if compare else None
     if as_json:
         print(json.dumps(found | {"sensitivities": [entry for groups in ranked for entry in groups], "worst": listed,
                                   "comparison": compared, "page": str(html) if html else None}))

@@ -87,7 +87,8 @@ def answer(job: dict) -> dict:
 
 def main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that asked ends this one
-    die_with_parent(int(sys.argv[1]) if len(sys.argv) > 1 else None, signal.SIGKILL)
+    die_with_parent(int(sys.argv[1]) if len(sys.argv) > 1 else None,
+                    getattr(signal, "SIGKILL", signal.SIGTERM))
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)  # what components print does not go among the answers
     object_code.install()

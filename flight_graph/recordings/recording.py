@@ -64,7 +64,7 @@ def versions() -> dict[str, str]:
     """Versions of everything that can change a bit of a run."""
     packages = {name: _version(name) for name in ("flight_graph", "numpy", "numba", "llvmlite", "scipy")}
     return {"python": platform.python_version(), **packages, "commit": _commit(), "machine": platform.machine(),
-            "cpu": _cpu(), "libc": " ".join(platform.libc_ver()), "platform": sys.platform}
+            "cpu": processor(), "libc": " ".join(platform.libc_ver()), "platform": sys.platform}
 
 
 class RunBag:
@@ -191,7 +191,8 @@ def _commit():
     return done.stdout.strip() if done.returncode == 0 else "unknown"
 
 
-def _cpu():
+def processor() -> str:
+    """The name of this machine's processor, where it can be read."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:

@@ -22,7 +22,7 @@ from flight_graph.engines.choice import check_engine
 from flight_graph.errors import FlightError
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.beginning import Beginning
-from flight_graph.ros import checkpoints, shared_memory
+from flight_graph.ros import checkpoint_settings, shared_memory
 from flight_graph.ros.domain import Domain
 from flight_graph.ros.installed import is_installed, not_live
 from flight_graph.ros.patience import at_least, patience_s
@@ -60,7 +60,7 @@ def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: flo
     recorded = set(scenario.recorded())
     common = {"pace": pace, "factor": float(factor), "window_ns": window_ns, "timeout_s": float(timeout_s),
               "supervised": True, "linger": True}
-    parameters, memories = {}, checkpoints.settings_of(scenario, pace == "lockstep", begin)
+    parameters, memories = {}, checkpoint_settings.settings_of(scenario, pace == "lockstep", begin)
     for name, node in graph.nodes.items():
         patience = timeout_s if name == master else 2.0 * timeout_s  # the clock master sees who is behind: it speaks first
         settings = {**common, "timeout_s": float(patience), "check_bounds": check_bounds, "epoch_ns": scenario.epoch_ns,
@@ -106,7 +106,7 @@ def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float 
     begins, if not at t = 0. KeyboardInterrupt ends the nodes, closes the bag, and goes on to the caller.
     """
     refuse(scenario)
-    checkpoints.refuse_realtime(scenario, pace, begin, tell)
+    checkpoint_settings.refuse_realtime(scenario, pace, begin, tell)
     timeout_s = patience_s()
     compile_nodes(scenario.graph.nodes.values(), check_bounds, compiling)
     shared_memory.clean()
@@ -292,7 +292,7 @@ class Launch:
 
 
 def _specs(scenario, work, folder, pace, factor, timeout_s, check_bounds, begin):
-    start = checkpoints.write(work, begin)
+    start = checkpoint_settings.write(work, begin)
     resolved = work / "scenario.json"
     resolved.write_text(json.dumps(scenario.resolved()), encoding="utf-8", newline="\n")
     specs = []

@@ -44,8 +44,9 @@ def leave(status: int) -> None:
         time.sleep(0.02)
         gc.collect()
     if is_here:
-        subprocess.Popen([sys.executable, "-E", "-S", shared_memory.__file__, str(os.getpid())], start_new_session=True,
-                         stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        subprocess.Popen([sys.executable, "-P", "-E", "-S", shared_memory.__file__, str(os.getpid())],
+                         start_new_session=True, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                         stderr=subprocess.DEVNULL)
     os._exit(status)
 
 

@@ -5,7 +5,8 @@ from rclpy.exceptions import ParameterException
 from flight_graph.engines.single import SingleComponent
 from flight_graph.errors import FlightError, unknown
 from flight_graph.recordings.recording import formatted_payload
-from flight_graph.ros.checkpoints import CheckpointSettings, NodeMemory
+from flight_graph.ros.checkpoint_settings import CheckpointSettings
+from flight_graph.ros.checkpoints import NodeMemory
 from flight_graph.ros.installed import is_installed
 from flight_graph.ros.live_faults import CLEAR, INJECT, LiveFaults
 from flight_graph.ros.managed import ManagedNode

@@ -11,7 +11,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from flight_graph.engines.choice import pace_text
 from flight_graph.errors import FlightError
-from flight_graph.ros import checkpoints, leaving, recorder
+from flight_graph.ros import checkpoint_settings, leaving, recorder
 from flight_graph.ros.entry import tell_errors
 from flight_graph.ros.environment import prepare_environment
 from flight_graph.ros.managed import ManagedNode, Stopped
@@ -47,7 +47,7 @@ class RecorderNode(ManagedNode):
         self.scenario = recorder.read_scenario(self._required("scenario"))
         self.folder = Path(self._required("out"))
         self.events = self._get("events", "")
-        self.beginning = checkpoints.read(self._get("begin", ""))
+        self.beginning = checkpoint_settings.read(self._get("begin", ""))
         self.settings = RecorderSettings(
             lockstep=pace == "lockstep", epoch_ns=self.scenario.epoch_ns, duration_ns=self.scenario.duration_ns,
             window_ns=self._get("graph.window_ns", 10**9), timeout_s=self._get("graph.timeout_s", 30.0),

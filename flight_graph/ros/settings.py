@@ -56,7 +56,7 @@ class Settings:
     beats: dict[str, int] = field(default_factory=dict)  # realtime: node -> allowed time between two beats [ns]
     beats_often: bool = False  # realtime: tell how far this node has come at every firing
     joins: bool = False  # realtime: the graph runs already
-    checkpoints: dict = field(default_factory=dict)  # see `flight_graph.ros.checkpoints.CheckpointSettings`
+    checkpoints: dict = field(default_factory=dict)  # see `flight_graph.ros.checkpoint_settings.CheckpointSettings`
 
     def output_period_ns(self, component, port: str) -> int:
         slower = component.output_rate_hz.get(port)

@@ -91,7 +91,7 @@ def test_a_campaign_that_its_rule_has_ended_says_whose_interval_counts(tmp_path)
 
 
 def test_worst_cases_are_those_of_a_sort(folders, truth):
-    campaign = Campaign.open(folders["one"])
+    campaign = Campaign.at(folders["one"])
     (group,) = reports.worst(campaign, "lateral_m", 5)["groups"]
     order = np.argsort(-np.nan_to_num(truth[0], nan=-1.0), kind="stable")[:5]
     assert [one["case"] for one in group["cases"]] == order.tolist() and group["without"] == int(np.isnan(truth[0]).sum())
@@ -109,7 +109,7 @@ def test_comparison_on_the_same_draws(folders):
     assert landed["only_b"] == 0 and landed["probability"] == pytest.approx(2.0 * 0.5 ** landed["only_a"])
     for other, words in (("other", "vary.seed differs"), ("grid", "has 3 combinations"), ("sobol", "vary.sampling differs")):
         with pytest.raises(FlightError, match=words):
-            reports.compare(Campaign.open(folders["one"]), Campaign.open(folders[other]))
+            reports.compare(Campaign.at(folders["one"]), Campaign.at(folders[other]))
 
 
 def test_sobol_indices_of_a_campaign_are_those_of_ishigami(tmp_path):
@@ -121,7 +121,7 @@ def test_sobol_indices_of_a_campaign_are_those_of_ishigami(tmp_path):
         height = values["p.k"] * float(ishigami(np.array([values["p.a"], values["p.b"], values["p.c"]])))
         return "ok", {"height": None if case == 23 else height}
 
-    campaign = Campaign.open(write(tmp_path / "design", vary, judged, step=2048))
+    campaign = Campaign.at(write(tmp_path / "design", vary, judged, step=2048))
     found = reports.sensitivities(campaign, "height")
     assert [one["group"] for one in found] == ["p.k 1", "p.k 2"]
     assert [(one["sobol"]["samples"], one["sobol"]["left_out"]) for one in found] == [(1024, 0), (1023, 1)]
@@ -146,4 +146,4 @@ def test_a_campaign_without_rows(tmp_path):
     for part in folder.glob("part-*"):
         part.unlink()
     with pytest.raises(FlightError, match="no run of this campaign has ended"):
-        reports.report(Campaign.open(folder))
+        reports.report(Campaign.at(folder))

@@ -158,7 +158,7 @@ def test_a_manifest_that_was_changed_is_refused(whole, tmp_path):
     file = campaign.path / "campaign.json"
     file.write_text(file.read_text().replace('"runs": 12', '"runs": 13', 1))
     with pytest.raises(FlightError, match="damaged: it is not what was written"):
-        Campaign.open(campaign.path)
+        Campaign.at(campaign.path)
 
 
 def test_what_killed_processes_left_is_taken_away(tmp_path):
@@ -237,7 +237,7 @@ def test_the_end_by_a_rule_does_not_depend_on_who_finished_first(tmp_path):
         found.append((campaign.manifest.ended, digest(campaign.read()), campaign.read().num_rows))
     assert found[0] == found[1]
     assert found[0][2] == found[0][0]["runs"] < 60 and "ended by its stopping rule" in said[0]
-    assert Campaign.open(tmp_path / "b").part(11).exists() and Campaign.open(tmp_path / "b").missing() == []
+    assert Campaign.at(tmp_path / "b").part(11).exists() and Campaign.at(tmp_path / "b").missing() == []
     wrong = swept({"random": {"seed": {"count": 0}}, "runs": 60, "until": {**until, "metric": "flog"}},
                   metrics="tests.sweep.sweep_scenarios:patchy", duration_s=0.1)
     campaign, _ = made(tmp_path / "c", wrong)

@@ -37,7 +37,7 @@ def test_a_campaign_by_its_commands(file, whole, tmp_path):
     assert found["metrics"]["angle"]["largest_case"] == angles.index(max(angles))
     assert found["metrics"]["angle"]["median"] == sorted(angles)[2]
     assert "12 runs" in flight("sweep", tmp_path / "a", "--runs", 12)
-    assert list(Campaign.open(tmp_path / "a").rows()) == rows
+    assert list(Campaign.at(tmp_path / "a").rows()) == rows
     assert "12 runs" in flight("sweep", file, "--resume", "--out", tmp_path / "a")
     again = json.loads(flight("run", tmp_path / "a", "--case", 4, "--json", "--out", tmp_path / "b"))
     assert again["metrics"] == rows[4].metrics and again["differs_from_its_row"] == []
@@ -55,11 +55,11 @@ def test_varied_by_the_command_line(file, tmp_path):
     """Without a copy of the file: a grid, a distribution, and a seed of the draws."""
     words = ["--vary", "controller.kp=0.25:0.75:3", "--vary", "plant.inertia=uniform:1.5,2.5", "--seed", 7, "--json"]
     found = json.loads(flight("sweep", file, "--runs", 6, "--out", tmp_path / "a", *words))
-    table = Campaign.open(tmp_path / "a").read()
+    table = Campaign.at(tmp_path / "a").read()
     assert found["runs"] == 6 and table.column("controller.kp").to_pylist() == [0.25, 0.5, 0.75] * 2
     drawn = table.column("plant.inertia").to_pylist()
     assert all(1.5 <= value <= 2.5 for value in drawn) and len(set(drawn)) == 2
-    assert Campaign.open(tmp_path / "a").manifest.vary["seed"] == 7
+    assert Campaign.at(tmp_path / "a").manifest.vary["seed"] == 7
 
 
 @pytest.mark.parametrize(("arguments", "words"), [

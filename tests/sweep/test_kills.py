@@ -39,7 +39,7 @@ def flight(*words):
     """A process of the command line."""
     program = "import sys; from flight_graph.cli import main; sys.exit(main())"
     return subprocess.Popen([sys.executable, "-c", program, "sweep", *map(str, words), "--trust"], cwd=ROOT,
-                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+                            env={**os.environ, "PYTHONPATH": str(ROOT)}, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
 
 
 def until(condition, what, process, seconds=300.0):
@@ -66,7 +66,7 @@ def test_a_killed_coordinator_loses_the_chunks_in_work(calm, tmp_path):
     until(lambda: count(tmp_path / "c") > 0, "a first chunk", process)
     process.kill()
     process.communicate()
-    left = parts(Campaign.open(tmp_path / "c"))
+    left = parts(Campaign.at(tmp_path / "c"))
     assert 1 <= len(left) < RUNS // 2 and left.items() <= parts(whole).items()
     campaign, scenario = opening.existing(tmp_path / "c", None, agree)
     opening.fill(campaign, scenario, lambda *given: Threads(*given, 1))
