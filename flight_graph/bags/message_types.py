@@ -24,7 +24,7 @@ WIDE = "wstring"  # UTF-16 text; the parser does not know it
 EMPTY = (("structure_needs_at_least_one_member", (Nodetype.BASE, ("uint8", 0))),)  # what ROS sends for no fields
 _GROUPS = (["x", "y", "z"], ["x", "y", "z", "w"])
 _DEEPEST, _MOST_FIELDS, _LONGEST = 50, 10_000, 1 << 30  # types in each other, fields in all, bytes of a message
-_LARGEST = 1 << 20  # [bytes] of a definition
+_LARGEST, _MOST_SECTIONS = 1 << 20, 1000  # [bytes] of a definition, and types that it spells out
 _STAND_IN = "flight_graph_text/msg/Wide"  # takes the place of WIDE for the parser
 _RULE = re.compile(r"^=+[ \t]*$", re.M)
 _HEAD = re.compile(r"\A\s*(MSG|IDL):[ \t]*([^\s]+)[ \t]*(?:\n|\Z)")
@@ -68,8 +68,11 @@ def _parser_name(name):
 
 def _parsed(type_name, text, encoding):
     """Type name -> definition in the parser's form, of every section of a text."""
-    found = {}
-    for number, section in enumerate(part for part in _RULE.split(text) if part.strip() or part is text):
+    found, sections = {}, [part for part in _RULE.split(text) if part.strip() or part is text]
+    if len(sections) > _MOST_SECTIONS:
+        raise BagError(f"the bag's definition of {type_name} spells out {len(sections)} types; allowed: at most "
+                       f"{_MOST_SECTIONS}")
+    for number, section in enumerate(sections):
         head = _HEAD.match(section)
         name = head[2] if head else type_name
         is_idl = head[1] == "IDL" if head else encoding == "ros2idl"

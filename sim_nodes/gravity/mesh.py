@@ -32,9 +32,10 @@ def load_obj(path: Path, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
         raise FlightError(f"there is no mesh file '{short(str(path))}'")
     content = read_bytes(Path(path), f"mesh {path}", LARGEST)
     coordinates, indices = array("d"), array("q")
-    lines = BytesIO(content if b"\n" in content else content.replace(b"\r", b"\n"))
+    content = content if b"\n" in content else content.replace(b"\r", b"\n")
+    lines, too_many = BytesIO(content), content.count(b"\n") > MOST_LINES
     for number, line in enumerate(iter(lambda: lines.readline(LONGEST_LINE), b""), 1):
-        if number > MOST_LINES or len(coordinates) > 3 * MOST_VERTICES or len(indices) > 3 * MOST_FACES:
+        if too_many or number > MOST_LINES or len(coordinates) > 3 * MOST_VERTICES or len(indices) > 3 * MOST_FACES:
             raise FlightError(f"{path}: allowed: at most {MOST_VERTICES} vertices, {MOST_FACES} triangles and {MOST_LINES} "
                               "lines; decimate the mesh")
         try:

@@ -19,7 +19,7 @@ LONG = {"rates_asteroid", "rates_explicit", "rates_explicit_ff", "rates_implicit
         "ideal_20000"}
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def rows():
     content = claims.read("appc")
     wanted = [claim.id for claim in content.claims if not claim.runs & LONG]

@@ -10,7 +10,7 @@ from flight_graph.claims import claims, claims_file
 pytestmark = pytest.mark.xdist_group("claims of spacerobot")  # the rows are computed once
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def rows():
     return {row.claim.id: row for row in claims.judge("spacerobot")}
 

@@ -16,7 +16,7 @@ BATCHES = {"draws", "noisy", "noisy_low", "draws_free", "draws_pd"}
 pytestmark = pytest.mark.xdist_group("claims of the lander")  # the rows are computed once
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def rows():
     single = [claim.id for claim in read("lander").claims if not claim.runs & BATCHES]
     return {row.claim.id: row for row in claims.judge("lander", only=single)}

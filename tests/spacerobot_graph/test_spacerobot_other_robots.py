@@ -23,7 +23,7 @@ pytestmark = pytest.mark.xdist_group("two joints")  # compiled once
 ROBOTS = Path(__file__).parent / "robots"
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def two_joints():
     return CompiledRun(load(str(ROBOTS / "two_joints_scenario.yaml"))).run()
 
