@@ -45,12 +45,13 @@ def test_what_ros_sets_is_in_the_bag_which_is_run_again_from_itself(tmp_path, cl
         finish(process)
     with next(bag.glob("*.mcap")).open("rb") as file:
         found = {record.name: record.metadata for record in make_reader(file).iter_metadata()}
-    told = [json.loads(text) for text in found["flight_graph.set"].values()]
-    assert [entry["set"] for entry in told] == [{"controller.kd": 0.25}, {"plant.inertia": 3.0}]
+    told = {key: (value, entry["at_s"]) for text in found["flight_graph.set"].values()
+            for entry in [json.loads(text)] for key, value in entry["set"].items()}
+    assert {key: value for key, (value, _) in told.items()} == {"controller.kd": 0.25, "plant.inertia": 3.0}
     verified = flight("verify", bag, "--trust", cwd=tmp_path)
     assert verified.returncode == 0 and "equal, byte for byte" in verified.stdout, verified.stdout + verified.stderr
     _, scenario, signals = open_run(bag, trust=True)
-    at = told[0]["at_s"]
+    at = told["controller.kd"][1]
     imu, command = signals["toy/imu"], signals["toy/command"]
     gains = {t: -(c + kp * a) / w for t, c, a, w, kp in _samples(scenario, imu, command, events, at)}
     assert all(gain == pytest.approx(0.25 if t >= at else 0.8, rel=1e-4) for t, gain in gains.items()) and len(gains) > 50
