@@ -168,18 +168,19 @@ def write_truth(p, x, s, truth):
 
 
 @kernel
-def output(t_ns, p, x, truth, parameters, wheels, pose, frames):
+def output(t_ns, p, x, outputs):
     if not x.placed:
         x.placed = True
         place(p, x)
     take_payload(t_ns / SECOND, p, x)
+    truth = outputs.truth
     x.now[0], x.now[1] = truth.header.stamp.sec, truth.header.stamp.nanosec
     s = robot_state(x.motion)
     write_truth(p, x, s, truth)
-    parameters.pi = x.pi
-    wheels.momentum, wheels.limited = s.wheels, x.wheels_limited
-    pose.pose.position, pose.pose.orientation = s.position, s.attitude
-    write_frames(p, s, frames)
+    outputs.parameters.pi = x.pi
+    outputs.wheels.momentum, outputs.wheels.limited = s.wheels, x.wheels_limited
+    outputs.pose.pose.position, outputs.pose.pose.orientation = s.position, s.attitude
+    write_frames(p, s, outputs.frames)
 
 
 @kernel
