@@ -15,13 +15,13 @@ ROOT = Path(__file__).parents[2]
 
 
 def digest() -> str:
-    """SHA-256 over the histories of two control periods with each estimator."""
+    """SHA-256 over the histories of four control periods with each estimator."""
     start = prior(ROBOT.pi, 0.1, 104)
-    noise = 1e-4 * np.random.default_rng(0).standard_normal((2, 21))
+    noise = 1e-4 * np.random.default_rng(0).standard_normal((4, 21))
     result = hashlib.sha256()
     for estimator in (RLS, LYAPUNOV, NATURAL, FILTERED):
         r = run(
-            HARMONIC, 0.04, prior=start, noise=noise, g_diagonal=np.full(50, 1e4), gamma=np.full(50, 0.3),
+            HARMONIC, 0.08, prior=start, noise=noise, g_diagonal=np.full(50, 1e4), gamma=np.full(50, 0.3),
             estimator=estimator,
         )  # fmt: skip
         for part in (r.attitude, r.joints, r.torque, r.balance, r.pi_hat, r.state):
