@@ -1,13 +1,12 @@
 """The command line as a user meets it: tables, help, JSON, and a sentence with status 2 for everything that is wrong."""
 
 import json
-import sys
 from pathlib import Path
 
 import pytest
 import yaml
 
-from flight_graph.cli import main
+from tests.commands import runner
 from tests.graph import toy
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -21,16 +20,7 @@ def flight(monkeypatch, capsys, tmp_path):
     monkeypatch.setenv("COLUMNS", "200")
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
 
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["flight", *map(str, arguments)])
-        try:
-            status = main()
-        except SystemExit as end:
-            status = end.code or 0
-        captured = capsys.readouterr()
-        assert "Traceback" not in captured.err
-        return status, captured.out, captured.err
-    return run
+    return runner(monkeypatch, capsys)
 
 
 @pytest.fixture

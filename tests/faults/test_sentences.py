@@ -2,15 +2,14 @@
 
 import copy
 import json
-import sys
 
 import pytest
 import yaml
 
-from flight_graph.cli import main
 from flight_graph.errors import FlightError
 from flight_graph.faults.fault_types import TYPES
 from flight_graph.graphs.scenario import Scenario, load
+from tests.commands import runner
 from tests.faults import chain
 from tests.faults.chain import fault
 
@@ -261,15 +260,11 @@ def flight(monkeypatch, capsys, tmp_path):
     """Run a command in a new folder; return (status, standard output, standard error in one line)."""
     monkeypatch.chdir(tmp_path)
 
+    typed = runner(monkeypatch, capsys)
+
     def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["flight", *map(str, arguments)])
-        try:
-            status = main()
-        except SystemExit as end:
-            status = end.code or 0
-        captured = capsys.readouterr()
-        assert "Traceback" not in captured.err + captured.out
-        return status, captured.out, " ".join(captured.err.split())
+        status, out, err = typed(*arguments)
+        return status, out, " ".join(err.split())
     return run
 
 

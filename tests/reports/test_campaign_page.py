@@ -3,17 +3,16 @@
 import re
 import shutil
 import subprocess
-import sys
 
 import numpy as np
 import pytest
 
 from flight_graph.campaigns.report import Choices
-from flight_graph.cli import main
 from flight_graph.components.foreign import agree, refuse
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.graphs.scenario import vary_case
 from flight_graph.reports import campaign_page, page
+from tests.commands import runner
 from tests.reports.campaigns import made
 
 LISTENER = """
@@ -80,16 +79,7 @@ def test_without_consent_no_code_runs_and_the_page_says_so(tmp_path):
 @pytest.fixture
 def flight(monkeypatch, capsys):
     """Run a command; return (status, standard output, standard error)."""
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["flight", *map(str, arguments)])
-        try:
-            status = main()
-        except SystemExit as end:
-            status = end.code or 0
-        captured = capsys.readouterr()
-        assert "Traceback" not in captured.err
-        return status, captured.out, captured.err
-    return run
+    return runner(monkeypatch, capsys)
 
 
 def test_the_command_writes_one_file(flight, campaign, tmp_path):

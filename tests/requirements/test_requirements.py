@@ -2,20 +2,19 @@
 
 import csv
 import json
-import sys
 import xml.etree.ElementTree as ElementTree
 
 import pytest
 import yaml
 
 from flight_graph.claims.relation import Relation
-from flight_graph.cli import main
 from flight_graph.components.foreign import agree, refuse
 from flight_graph.graphs import metrics
 from flight_graph.recordings.recording import open_run
 from flight_graph.requirements import checking, requirements_file
 from flight_graph.requirements.evidence import MET, NOT_MET, NOT_SHOWN, of_campaign
 from flight_graph.requirements.requirements_file import CampaignEntry, Requirement, Showing
+from tests.commands import runner
 from tests.graph import toy
 
 DRAWN = {"random": {"plant.angle": {"uniform": [-0.5, 0.5], "size": 3}}, "runs": 5, "seed": 3}
@@ -61,16 +60,7 @@ def flight(monkeypatch, capsys, tmp_path):
     data = toy.scenario(metrics="tests.requirements.swing_metrics:compute", duration_s=1.0)
     (tmp_path / "swing.yaml").write_text(yaml.safe_dump({**data, "vary": DRAWN}))
 
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["flight", *map(str, arguments)])
-        try:
-            status = main()
-        except SystemExit as end:
-            status = end.code or 0
-        captured = capsys.readouterr()
-        assert "Traceback" not in captured.err
-        return status, captured.out, captured.err
-    return run
+    return runner(monkeypatch, capsys)
 
 
 def written(folder, requirements):
