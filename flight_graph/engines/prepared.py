@@ -7,6 +7,7 @@ its own parameters and states. Where faults or monitors stand in the schedule, t
 import numpy as np
 
 from flight_graph.components.component import Component
+from flight_graph.engines.addresses import same
 from flight_graph.engines.compiled import CompiledRun, Flight
 from flight_graph.graphs.graph import Node
 from flight_graph.graphs.scenario import Scenario
@@ -52,7 +53,7 @@ class _Slot:
         """A flight in memory of its own, but for the logs."""
         arrays = run.schedule.memory(ticks, self._logs)
         self._logs.update((name, array) for name, array in arrays.items() if name.startswith("L_"))
-        self._first = {name: array.copy() for name, array in arrays.items() if not name.startswith(("L_", "T_"))}
+        self._first = {name: same(array) for name, array in arrays.items() if not name.startswith(("L_", "T_"))}
         self.flight = run.flight(arrays)
         return self.flight
 
@@ -69,7 +70,7 @@ class _Slot:
 
 def _parameters(record: np.ndarray, first: Node, node: Node) -> np.ndarray:
     """The parameters of a node in the record of another one with the same component."""
-    made = record.copy()
+    made = same(record)
     for name, entry in node.component.parameters.entries.items():
         value = node.values[name]
         if entry.kind != "text" and value != first.values[name]:
