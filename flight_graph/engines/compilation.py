@@ -38,7 +38,7 @@ class _Task:
 
 def is_ready(components: dict[str, type[Component]], check_bounds: bool = False) -> bool:
     """Whether all machine code of these components lies in the cache. components: use -> class."""
-    return driver.is_ready() and not any(parts.missing(component, check_bounds) for component in components.values())
+    return driver.CODE.is_ready() and not any(parts.missing(component, check_bounds) for component in components.values())
 
 
 def compile_missing(components: dict[str, type[Component]], check_bounds: bool = False, progress=None,
@@ -104,10 +104,10 @@ def _load(components, check_bounds, progress):
     for component in components.values():
         if parts.load(component, check_bounds) is None:  # a spoiled file: made anew
             parts.forget(component, check_bounds)
-    driver.forget_spoiled()
+    driver.CODE.forget_spoiled()
     compile_missing(components, check_bounds, progress)
     found = {use: parts.load(component, check_bounds) for use, component in components.items()}
-    broken = [use for use, codes in found.items() if codes is None] + ([] if driver.is_loadable() else ["the driver"])
+    broken = [use for use, codes in found.items() if codes is None] + ([] if driver.CODE.is_loadable() else ["the driver"])
     if broken:
         raise FlightError(f"the machine code of {', '.join(broken)} cannot be read back from '{cache_folder('objects')}'")
     return found
@@ -126,8 +126,8 @@ def _tasks(components, check_bounds):
             kernel_rules.check(component)
             task.lines = sum(source.tree.end_lineno - source.tree.lineno for source in kernel_rules.reached(component))
             tasks.append(task)
-    if not driver.is_ready():
-        tasks.append(_Task("the driver", [{"driver": driver.key()}]))
+    if not driver.CODE.is_ready():
+        tasks.append(_Task("the driver", [{"driver": driver.CODE.key}]))
     return sorted(tasks, key=lambda task: (not task.is_own, -task.lines))
 
 

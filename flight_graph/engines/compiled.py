@@ -265,7 +265,7 @@ class Flight:
 
     def _drive(self) -> int:
         """Run the driver to its end; in a thread, where this one is to hear signals: inside of machine code it cannot."""
-        run, control = driver.function("run"), address(self._control)
+        run, control = driver.CODE.function("run"), address(self._control)
         if threading.current_thread() is not threading.main_thread():
             return run(control)
         said, ended = [], threading.Event()  # an interrupted join of CPython 3.11 takes its thread for ended

@@ -2,8 +2,8 @@
 
     python -P -m flight_graph.engines.compiler [PROCESS ID OF WHO ASKS]
 
-One JSON object a line. A job: {"use": a component's name, "part":, "key":, "check_bounds":}, {"driver": key}, {"kept": a
-kernel over arrays, "key":}, or {"maker": ``module:function``, which does it, "arguments":}. An answer to each, in order:
+One JSON object a line. A job: {"use": a component's name, "part":, "key":, "check_bounds":}, {"driver": its key},
+{"kept": a kernel over arrays, "key":}, or {"maker": ``module:function``, which does it, "arguments":}. An answer to each, in order:
 {"seconds":} or {"refused": a sentence} or {"error": a text}.
 """
 
@@ -36,14 +36,6 @@ def compile_part(component, part: str, key: str, about: str) -> None:
     cache.write(key, code, {"what": about, "symbol": symbol, "errors": errors})
 
 
-def compile_driver(key: str) -> None:
-    """Compile the functions of the driver into the cache."""
-    for name, (function, signature) in driver.functions().items():
-        symbol = parts.symbol(f"{key}_{name}")
-        cache.write(f"{key}_{name}", object_code.function_code(function, signature, symbol),
-                    {"what": f"the driver's {name}", "symbol": symbol, "errors": {}})
-
-
 def compile_kept(name: str, key: str) -> None:
     """Compile a kernel over arrays (`flight_graph.engines.kept`) into the cache. name: ``module:attribute``."""
     symbol, (module, _, attribute) = parts.symbol(key), name.partition(":")
@@ -56,7 +48,7 @@ def work(job: dict) -> None:
     """Do one job. Raises what goes wrong."""
     numba.config.BOUNDSCHECK = int(job.get("check_bounds", False))
     if "driver" in job:
-        compile_driver(job["driver"])
+        driver.CODE.compile()
         return
     if "kept" in job:
         compile_kept(job["kept"], job["key"])

@@ -5,8 +5,6 @@ called by address. A row of a table says when it is due next and how many ticks 
 """
 
 import ctypes
-import hashlib
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -14,15 +12,14 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from flight_graph.engines import cache as store
-from flight_graph.engines import effects, parts
+from flight_graph.engines import effects
 from flight_graph.engines.addresses import address, compiled, copy, half_at, row, set_word_at, word_at
+from flight_graph.engines.called import Called
 from flight_graph.engines.condition_steps import holds, table
 from flight_graph.engines.effects import BEGINS_ANEW, IS_DOWN
 from flight_graph.engines.fault_tables import FaultTables
 from flight_graph.engines.schedule import Schedule, finite_runs, stamp_offset
 from flight_graph.engines.stops import FAULT, NONFINITE
-from flight_math.kernel import library
 
 _WORD = "<i8"
 
@@ -189,50 +186,8 @@ def run(control_at):
 
 
 # -- as machine code ---------------------------------------------------------------------------------------------------
-_SIGNATURES = {"run": types.int64(types.int64), "fire": types.int64(*[types.int64] * 4)}
-
-
-def functions() -> dict:
-    """name -> (function, signature) of what is called by address."""
-    return {"run": (run, _SIGNATURES["run"]), "fire": (fire, _SIGNATURES["fire"])}
-
-
-@cache
-def key() -> str:
-    """Fingerprint of the driver's machine code."""
-    names = ("driver", "effects", "condition_steps", "addresses")
-    files = [Path(__file__).with_name(f"{name}.py").read_bytes() for name in names]
-    return parts.digest("driver", hashlib.sha256(b"".join(files)).hexdigest(), library())
-
-
-def is_ready() -> bool:
-    """Whether the driver's machine code lies in the cache."""
-    return all(store.has(f"{key()}_{name}") for name in _SIGNATURES)
-
-
-def is_loadable() -> bool:
-    """Whether the driver's machine code can be read from the cache."""
-    return all(parts.load_code(f"{key()}_{name}") is not None for name in _SIGNATURES)
-
-
-def forget_spoiled() -> None:
-    """Take spoiled machine code of the driver out of the cache."""
-    for name in _SIGNATURES:
-        if parts.load_code(f"{key()}_{name}") is None:
-            store.remove(f"{key()}_{name}")
-
-
-@cache
-def code(name: str):
-    """The machine code of a function of the driver."""
-    return parts.load_code(f"{key()}_{name}")
-
-
-@cache
-def function(name: str):
-    """A function of the driver, to be called with integers; it releases the GIL."""
-    arguments = [ctypes.c_int64] * len(_SIGNATURES[name].args)
-    return ctypes.CFUNCTYPE(ctypes.c_int64, *arguments)(code(name).address)
+CODE = Called("driver", {"run": (run, types.int64(types.int64)), "fire": (fire, types.int64(*[types.int64] * 4))},
+              [Path(__file__).with_name(f"{name}.py") for name in ("driver", "effects", "condition_steps", "addresses")])
 
 
 # -- a schedule bound to the arrays of a run ---------------------------------------------------------------------------
@@ -286,7 +241,7 @@ class Tables:
     def control(self, epoch_ns: int, base_ns: int) -> np.ndarray:
         """The record that the driver works on, at tick 0."""
         control = np.zeros(1, CONTROL)
-        control["epoch_ns"], control["base_ns"], control["fire"] = epoch_ns, base_ns, code("fire").address
+        control["epoch_ns"], control["base_ns"], control["fire"] = epoch_ns, base_ns, CODE.address("fire")
         for name in ("holds", "firings"):
             table = getattr(self, name)
             control[name], control[f"{name}_end"] = address(table), address(table) + table.nbytes

@@ -42,7 +42,7 @@ class SingleComponent:
         else:
             self._codes = compilation.load({use: component}, check_bounds)[use]
             self._tables = driver.Tables(schedule, self._arrays, {name: self._codes}, epoch_ns)
-            self._fire, self._row = driver.function("fire"), address(self._tables.firings)
+            self._fire, self._row = driver.CODE.function("fire"), address(self._tables.firings)
             self._slower = [(number, output_periods[port]) for number, port in enumerate(self._published())
                             if port in component.output_rate_hz]
             self._tables.outputs["period"] = 0  # due at every firing, but for the slower ones

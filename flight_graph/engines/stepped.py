@@ -68,7 +68,7 @@ class SteppedFlight(Flight):
         sec, nanosec = stamp_parts(self._run.scenario.epoch_ns + t_ns)
         if self._codes is not None:
             row = address(self._tables.firings) + number * driver.FIRING.itemsize
-            return driver.function("fire")(row, self._tick, t_ns, sec | nanosec << 32)
+            return driver.CODE.function("fire")(row, self._tick, t_ns, sec | nanosec << 32)
         firing, bound = self._schedule.firings[number], self._tables.firings[number]
         with np.errstate(all="ignore"):
             return self._guarded(firing.node, firing.part, bound.fire, self._tick, t_ns, (sec, nanosec), around)
@@ -122,5 +122,5 @@ class SteppedFlight(Flight):
     def _drive(self) -> int:
         """A few ticks need no thread of their own."""
         if int(self._control["end"][0]) - self._tick <= SHORT:
-            return driver.function("run")(address(self._control))
+            return driver.CODE.function("run")(address(self._control))
         return super()._drive()

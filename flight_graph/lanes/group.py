@@ -99,7 +99,7 @@ class Group:
             self._writers.get(name) or self._owner(name))]
         self._outward = self._transfers(kept, False)
         self.control = np.zeros(1, CONTROL)
-        self.control["fire"] = driver.code("fire").address
+        self.control["fire"] = driver.CODE.address("fire")
         for name in ("holds", "firings"):
             table = getattr(self, name)
             self.control[name], self.control[f"{name}_end"] = address(table), address(table) + table.nbytes
@@ -163,12 +163,12 @@ class Group:
 
     def _move(self, transfers, lanes):
         begin = address(transfers)
-        lane_driver.function("transfer")(begin, begin + transfers.nbytes, lanes)
+        lane_driver.CODE.function("transfer")(begin, begin + transfers.nbytes, lanes)
 
     def advance(self, end: int) -> None:
         """Run until before a tick; lanes whose flight stops leave."""
         self.control["end"] = end
-        run = lane_driver.function("run")
+        run = lane_driver.CODE.function("run")
         while run(address(self.control)):
             self._leave_stopped()
 

@@ -19,12 +19,9 @@ def compile_part(use: str, part: str, key: str, differs: list) -> None:
     cache.write(key, code, {"what": f"{use} {part}, {LANES} lanes", "symbol": symbol, **about})
 
 
-def compile_driver(key: str) -> None:
+def compile_driver() -> None:
     """Compile the functions of the driver of lanes into the cache."""
-    for name, (function, signature) in lane_driver.functions().items():
-        symbol = parts.symbol(f"{key}_{name}")
-        cache.write(f"{key}_{name}", object_code.function_code(function, signature, symbol),
-                    {"what": f"the lanes' {name}", "symbol": symbol, "errors": {}})
+    lane_driver.CODE.compile()
 
 
 def part_code(component, part: str, symbol: str, differs: list) -> tuple[bytes, dict]:

@@ -4,15 +4,11 @@ A firing is wide (its part works on woven records) or single: then the usual dri
 over the lane's own records, and what others need is woven or unwoven around it.
 """
 
-import ctypes
-import hashlib
-from functools import cache
 from pathlib import Path
 
 from numba import types
 
-from flight_graph.engines import cache as store
-from flight_graph.engines import driver, parts
+from flight_graph.engines import driver
 from flight_graph.engines.addresses import (
     byte_at,
     compiled,
@@ -24,11 +20,11 @@ from flight_graph.engines.addresses import (
     set_word_at,
     word_at,
 )
+from flight_graph.engines.called import Called
 from flight_graph.engines.condition_steps import table
 from flight_graph.engines.driver import RUN, call, call_fire, is_finite
 from flight_graph.engines.stops import FAULT, NONFINITE
 from flight_graph.lanes.operations import LANES
-from flight_math.kernel import library
 
 CONTROL = table("tick end epoch_ns base_ns alive stopped next_firing holds holds_end firings firings_end fire")
 HOLD = table("next period target origin size single singles")  # single: rows of lanes (target, origin) of `size` bytes
@@ -249,27 +245,5 @@ def run(control_at):
 
 
 # -- as machine code -------------------------------------------------------------------------------------------------
-_SIGNATURES = {"run": types.int64(types.int64), "transfer": types.int64(*[types.int64] * 3)}
-
-
-def functions() -> dict:
-    """name -> (function, signature) of what is called by address."""
-    return {"run": (run, _SIGNATURES["run"]), "transfer": (transfer, _SIGNATURES["transfer"])}
-
-
-@cache
-def key() -> str:
-    """Fingerprint of the machine code of this module."""
-    return parts.digest("lane driver", driver.key(), hashlib.sha256(Path(__file__).read_bytes()).hexdigest(), library())
-
-
-def is_ready() -> bool:
-    """Whether the machine code lies in the cache."""
-    return all(store.has(f"{key()}_{name}") for name in _SIGNATURES)
-
-
-@cache
-def function(name: str):
-    """A function of the driver, to be called with integers; it releases the GIL."""
-    code = parts.load_code(f"{key()}_{name}")
-    return ctypes.CFUNCTYPE(ctypes.c_int64, *[ctypes.c_int64] * len(_SIGNATURES[name].args))(code.address)
+CODE = Called("lane driver", {"run": (run, types.int64(types.int64)), "transfer": (
+    transfer, types.int64(*[types.int64] * 3))}, [Path(__file__)], driver.CODE)

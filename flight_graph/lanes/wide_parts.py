@@ -82,9 +82,8 @@ def _compile(asked, progress):
     jobs = {}
     for job in missing(asked):
         jobs.setdefault(job["arguments"]["use"], []).append(job)
-    if not lane_driver.is_ready():
-        jobs["the driver of lanes"] = [{
-            "maker": "flight_graph.lanes.lane_code:compile_driver", "arguments": {"key": lane_driver.key()}}]
+    if not lane_driver.CODE.is_ready():
+        jobs["the driver of lanes"] = [{"maker": "flight_graph.lanes.lane_code:compile_driver", "arguments": {}}]
     if jobs:
         compilation.compile_jobs(jobs, progress)
 

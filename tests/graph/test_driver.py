@@ -121,7 +121,7 @@ def _driver_says(schedule, arrays):
     nothing = {node: {part: NOTHING for part in ("start", "kernel", "output", "update")} for node in schedule.graph.nodes}
     tables = driver.Tables(schedule, arrays, nothing)
     number = [firing.node for firing in schedule.firings].index("sensor")
-    return driver.function("fire")(address(tables.firings) + number * driver.FIRING.itemsize, 0, 0, 0) == 0
+    return driver.CODE.function("fire")(address(tables.firings) + number * driver.FIRING.itemsize, 0, 0, 0) == 0
 
 
 _IDLE = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 4)(lambda *_: None)

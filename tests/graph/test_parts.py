@@ -153,7 +153,7 @@ def test_a_spoiled_driver_is_made_anew(tmp_path, monkeypatch):
 from flight_graph.engines import cache, driver
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.graphs.scenario import Scenario
-path = cache.cache_folder("objects") / f"{{driver.key()}}_run.o"
+path = cache.cache_folder("objects") / f"{{driver.CODE.key}}_run.o"
 path.write_bytes(path.read_bytes()[:-20] + bytes(20))
 print(CompiledRun(Scenario({data!r}, "n.yaml")).run()["part/out"]["value"][-1])
 """
