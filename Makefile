@@ -33,7 +33,7 @@ compile: setup ## machine code of all components, ahead of the first run
 
 test: develop $(if $(shell command -v npm),$(READER)) ## all tests; a broken build fails in the first seconds
 	$(BIN)/python -m pytest -x -q tests/smoke
-	$(BIN)/python -m pytest -q -n 2 --dist loadgroup tests --ignore=tests/smoke
+	$(BIN)/python -m pytest -q -n 2 --dist loadgroup --max-worker-restart 0 tests --ignore=tests/smoke
 
 portable: develop ## the same bits on other processors, emulated Arm too (docs/portable.md; ARM_ROOT=/path/to/its/root)
 	$(BIN)/python -m tests.portable.machines $(if $(ARM_ROOT),--root "$(ARM_ROOT)")

@@ -36,10 +36,11 @@ def _initialise():
 
 
 @cache
-def _engine():
-    module = llvm.parse_assembly("")
-    module.triple = cpu()[0]
-    return llvm.create_mcjit_compiler(module, target_machine())
+def _linker():
+    """JITLink puts all of an object into one piece of memory. LLVM's older loader maps code and constants apart, further than
+    the 2 GiB that position independent code reaches, in a process whose address space is crowded.
+    """
+    return llvm.create_lljit_compiler(target_machine(), use_jit_link=True)
 
 
 _LOADED = {}
@@ -49,8 +50,6 @@ def load(symbol: str, code: bytes) -> int:
     """The address of a function of object code; each symbol is loaded once a process."""
     with _LOCK:
         if symbol not in _LOADED:
-            engine = _engine()
-            engine.add_object_file(llvm.ObjectFileRef.from_data(code))
-            engine.finalize_object()
-            _LOADED[symbol] = engine.get_function_address(symbol)
-        return _LOADED[symbol]
+            library = llvm.JITLibraryBuilder().add_object_img(code).add_current_process().export_symbol(symbol)
+            _LOADED[symbol] = library.link(_linker(), symbol)
+        return _LOADED[symbol][symbol]
