@@ -1,8 +1,8 @@
 """The cases of a scenario with a ``vary`` block, one after the other or several at a time, in one thread.
 
 What cases share is made once: graph, machine codes, memory, tables. Measures are taken while a run flies. A run logs only
-the topics that its metrics have asked for so far; where a case asks for another one, that case is run again with it. None of
-this changes a bit of a row.
+the topics that its metrics have asked for so far; where a case asks for another one, that case is run again with it. None
+of this changes a bit of a row.
 """
 
 import itertools
