@@ -145,6 +145,8 @@ setup(
         "ros": ["ros-jazzy-rclpy[fastrtps]==7.1.6", "ros-jazzy-common-interfaces==5.3.6"],
         # Campaigns on many machines (docs/campaigns.md).
         "dask": ["dask>=2024.8", "distributed>=2024.8"],
+        # Campaigns on a graphics processor (docs/campaigns.md): what speaks to its driver, which comes with the machine.
+        "cuda": ["cuda-bindings>=12.8"],
         "test": [
             "pytest>=8,<9.2",  # 9.2 does not take the names of groups that pytest-xdist 3.8 gives to tests
             "pytest-xdist>=3.5",
