@@ -4,6 +4,8 @@ Tree, masses, inertias, axes and limits are the plant's parameters (before a pay
 the model: their momentum is an arrow.
 """
 
+import math
+
 import numpy as np
 
 from flight_graph.scenes.scene import MAP, Arrow, Body, Cylinder, Frame, Joint, Pose, Scene, Shape, Trail
@@ -72,6 +74,6 @@ def _drum(frame, axis):
     if cosine < -0.999999:
         quaternion = (1.0, 0.0, 0.0, 0.0)
     else:
-        half = (2.0 * (1.0 + cosine)) ** 0.5
+        half = math.sqrt(2.0 * (1.0 + cosine))
         quaternion = (*(float(part / half) for part in turn.parts()), 0.5 * half)
     return Shape(f"{frame}_joint", frame, Cylinder(0.05, 0.12), Pose(orientation=quaternion), DRUM)
