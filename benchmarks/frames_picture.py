@@ -20,10 +20,10 @@ from flight_graph.scenes.scene import MAP  # noqa: E402
 from flight_graph.scenes.triangles import triangles  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[1]
-VEHICLES = (("rover", "cubli_bennu", 0.22, "site"), ("space robot", "spacerobot_payload", 0.75, None),
+VEHICLES = (("rover", "cubli_bennu", 0.22, "site"), ("space robot", "spacerobot_payload", 0.85, "spacerobot_B1"),
             ("lander", "lander_nominal", 2.2, None))
 AXES = ((0.85, 0.15, 0.15), (0.15, 0.6, 0.2), (0.15, 0.3, 0.85))
-FIXED, MOVING, TURNING = "#4a4a4a", "#c2410c", "#1d4ed8"
+FIXED, MOVING, TURNING = ("#4a4a4a", "-"), ("#c2410c", (0, (4, 2))), ("#1d4ed8", (0, (1, 1)))  # colour, dashes
 
 
 def in_space(axes, name, half, middle):
@@ -31,7 +31,7 @@ def in_space(axes, name, half, middle):
     bag = read_bag(ROOT / "bags" / name)
     scene = scene_of_bag(bag)
     placed = poses_at(scene, tracks(scene, bag), bag.stamps_ns("/tf")[-1:])
-    middle = placed[middle or scene.base][0][0] + (0.0, 0.0, 0.5 * half if middle else 0.0)
+    middle = placed[middle or scene.base][0][0] + (0.0, 0.0, 0.4 * half if middle else 0.0)
     for shape in scene.shapes:
         if shape.kind != "vehicle":
             continue
@@ -51,10 +51,11 @@ def in_space(axes, name, half, middle):
         near = next((place for place in shown if np.linalg.norm(np.array(place) - origin[0]) < 0.02 * half), None)
         shown.setdefault(near or tuple(origin[0]), []).append(frame)
     for place, frames in shown.items():
-        axes.text(*place, "\n".join(frames), fontsize=7, ha="left", va="bottom")
+        axes.text(*place, "\n".join(frames), fontsize=7, ha="left", va="bottom", zorder=1000,
+                  bbox={"facecolor": "white", "alpha": 0.65, "edgecolor": "none", "pad": 0.8})
     axes.set(xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half, middle[1] + half),
              zlim=(middle[2] - half, middle[2] + half))
-    axes.set_box_aspect((1, 1, 1), zoom=1.35)
+    axes.set_box_aspect((1, 1, 1), zoom=1.25)
     axes.set_axis_off()
     return scene
 
@@ -73,7 +74,7 @@ def as_tree(axes, scene):
 
     visit(MAP)
     for frame in scene.frames:
-        kind, style = ((MOVING, (0, (4, 2))) if frame.pose is None else (TURNING, (0, (1, 1))) if frame.joint else (FIXED, "-"))
+        kind, style = MOVING if frame.pose is None else TURNING if frame.joint else FIXED
         x, y, top = depth[frame.parent] * 0.5 + 0.12, -row[frame.name], -row[frame.parent] - 0.3
         axes.plot([x, x, x + 0.33], [top, y, y], color=kind, linestyle=style, linewidth=1.5)
     for name in order:
@@ -90,10 +91,10 @@ def main():
         scene = in_space(space, name, half, middle)
         space.set_title(title, fontsize=13, y=1.0)
         as_tree(figure.add_axes((0.03 + 0.33 * column, 0.03, 0.29, 0.4)), scene)
-    legend = [plt.Line2D([], [], color=FIXED), plt.Line2D([], [], color=MOVING, linestyle=(0, (4, 2))),
-              plt.Line2D([], [], color=TURNING, linestyle=(0, (1, 1))), *(plt.Line2D([], [], color=c, linewidth=3) for c in AXES)]
-    figure.legend(legend, ["fixed: /tf_static, once", "moves: /tf", "turns with a joint: /tf, /joint_states", "x", "y", "z"],
-                  loc="lower center", ncol=6, frameon=False)
+    lines = [plt.Line2D([], [], color=colour, linestyle=style) for colour, style in (FIXED, MOVING, TURNING)]
+    lines += [plt.Line2D([], [], color=colour, linewidth=3) for colour in AXES]
+    meanings = ["fixed: /tf_static, once", "moves: /tf", "turns with a joint: /tf, /joint_states", "x", "y", "z"]
+    figure.legend(lines, meanings, loc="lower center", ncol=6, frameon=False)
     out = ROOT / "docs" / "images" / "frames.png"
     figure.savefig(out, dpi=90)
     print(out.relative_to(ROOT))
