@@ -81,14 +81,15 @@ def shortened(scenario: Scenario, duration_ns: int) -> Scenario:
     return Scenario({**data, "duration_s": duration_ns / 1e9}, scenario.origin)
 
 
-def open_recorded(path, trust=False) -> RecordedRun:
+def open_recorded(path, trust=False, set_before_ns: int | None = None) -> RecordedRun:
     """Open the bag of a run. Raises FlightError.
 
     trust: whether code may run that does not come with the packages (component files that the bag carries, modules that
-    it names), or a consent that is asked (`flight_graph.components.foreign`).
+    it names), or a consent that is asked (`flight_graph.components.foreign`). set_before_ns: see
+    `flight_graph.recordings.bag_scenario.read_scenario`.
     """
     bag = read_bag(path)
-    scenario = read_scenario(bag, consent(trust))
+    scenario = read_scenario(bag, consent(trust), set_before_ns=set_before_ns)
     made, ended, here = bag.metadata.get("flight_graph", {}), bag.metadata.get("flight_graph.outcome", {}), versions()
     changed = {name: (made.get(name, "unknown"), now) for name, now in here.items() if made.get(name) != now}
     return RecordedRun(bag, scenario, made.get("engine", "unknown"), made.get("pace", "unknown"),
