@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from flight_graph.bags.reader import Bag, read_bag
 from flight_graph.components.foreign import consent
 from flight_graph.engines.checkpoint import Checkpoint
@@ -78,7 +80,9 @@ class RecordedRun:
 def shortened(scenario: Scenario, duration_ns: int) -> Scenario:
     """The scenario, ended earlier."""
     data = scenario.file.model_dump(by_alias=True, exclude_none=True)
-    return Scenario({**data, "duration_s": duration_ns / 1e9}, scenario.origin)
+    made = Scenario({**data, "duration_s": duration_ns / 1e9}, scenario.origin)
+    made.tapes = scenario.tapes
+    return made
 
 
 def open_recorded(path, trust=False) -> RecordedRun:
@@ -89,7 +93,20 @@ def open_recorded(path, trust=False) -> RecordedRun:
     """
     bag = read_bag(path)
     scenario = read_scenario(bag, consent(trust))
+    scenario.tapes = _tapes(bag, scenario)
     made, ended, here = bag.metadata.get("flight_graph", {}), bag.metadata.get("flight_graph.outcome", {}), versions()
     changed = {name: (made.get(name, "unknown"), now) for name, now in here.items() if made.get(name) != now}
     return RecordedRun(bag, scenario, made.get("engine", "unknown"), made.get("pace", "unknown"),
                        ended.get("complete") == "true", "recovered" in bag.metadata, changed, beginning.read_beginning(bag))
+
+
+def _tapes(bag, scenario) -> dict:
+    """(node, port) -> (ticks, records): what the foreign nodes of a run said. Raises FlightError."""
+    signals, found, base_ns = BagSignals(bag, scenario), {}, scenario.graph.base_ns
+    for name in scenario.foreign:
+        for port, signal in scenario.graph.nodes[name].component.outputs.items():
+            stamps, records = np.empty(0, np.int64), signal.zeros(0)
+            if signal.topic in signals:
+                stamps, records = bag.stamps_ns(f"/{signal.topic}") - scenario.epoch_ns, signals[signal.topic]
+            found[name, port] = stamps // base_ns, records
+    return found
