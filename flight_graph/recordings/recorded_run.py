@@ -93,14 +93,14 @@ def open_recorded(path, trust=False) -> RecordedRun:
     """
     bag = read_bag(path)
     scenario = read_scenario(bag, consent(trust))
-    scenario.tapes = _tapes(bag, scenario)
+    scenario.tapes = tapes(bag, scenario)
     made, ended, here = bag.metadata.get("flight_graph", {}), bag.metadata.get("flight_graph.outcome", {}), versions()
     changed = {name: (made.get(name, "unknown"), now) for name, now in here.items() if made.get(name) != now}
     return RecordedRun(bag, scenario, made.get("engine", "unknown"), made.get("pace", "unknown"),
                        ended.get("complete") == "true", "recovered" in bag.metadata, changed, beginning.read_beginning(bag))
 
 
-def _tapes(bag, scenario) -> dict:
+def tapes(bag: Bag, scenario: Scenario) -> dict:
     """(node, port) -> (ticks, records): what the foreign nodes of a run said. Raises FlightError."""
     signals, found, base_ns = BagSignals(bag, scenario), {}, scenario.graph.base_ns
     for name in scenario.foreign:
