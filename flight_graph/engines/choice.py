@@ -21,8 +21,8 @@ def refuse_foreign(scenario: Scenario) -> None:
     """Refuse a run in process with a foreign node, unless what it said is recorded. Raises FlightError."""
     if scenario.foreign and not scenario.tapes:
         raise FlightError(
-            f"{scenario.name}: {' and '.join(scenario.foreign)} stands for a foreign node, so only --engine ros can fly it, "
-            "with that node running; from the bag of such a run, any engine verifies, replays and steps through it")
+            f"{scenario.name}: {' and '.join(scenario.foreign)} stands for a foreign node, so only --engine ros can fly "
+            "it, with that node running; from the bag of such a run, any engine verifies, replays and steps through it")
 
 
 def parse_pace(text: str) -> tuple[str, float]:

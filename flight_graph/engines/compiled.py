@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numba
 import numpy as np
 
-from flight_graph.engines import checkpoint, compilation, driver
+from flight_graph.engines import checkpoint, compilation, driver, reductions
 from flight_graph.engines.addresses import address
 from flight_graph.engines.checkpoint import Checkpoint
 from flight_graph.engines.choice import refuse_foreign
@@ -69,15 +69,16 @@ class CompiledRun:
     """One run of a scenario. `compile` makes the machine code ready, `run` fills the recording.
 
     plan: (node, port) -> every how manieth message is logged; as the scenario says when left out. like: a compiled run of
-    the same components.
+    the same components. reducing: whether the scenario's measures are taken while it flies (`Flight.reduced`).
     """
 
     def __init__(self, scenario: Scenario, check_bounds: bool = False, plan: dict | None = None,
-                 like: "CompiledRun | None" = None):
+                 like: "CompiledRun | None" = None, reducing: bool = False):
         self.scenario, self.graph, self.check_bounds = scenario, scenario.graph, check_bounds
         refuse_foreign(scenario)
         plan = scenario.recorded() if plan is None else plan
-        self.schedule = Schedule.of(self.graph, plan, scenario.faults, scenario.tapes)
+        self.schedule = Schedule.of(self.graph, plan, scenario.faults, scenario.measured() if reducing else None,
+                                    scenario.tapes)
         self._codes = None if like is None else like._codes
         self.shape = None  # of its checkpoints, once it is asked for
 
@@ -330,6 +331,12 @@ class Flight:
         return {made.signal.topic: self.arrays[made.log][:counts[made.log]] for firing in self._schedule.firings
                 for made in firing.publications if made.log is not None}
 
+    def reduced(self) -> dict[str, float | None]:
+        """name -> number of each measure that is taken while it flies, of the messages so far and the whole duration."""
+        duration_ns = self._run.scenario.duration_ns
+        return {one.measure.name: reductions.result(one.measure, self.arrays[one.memory], duration_ns)
+                for firing in self._schedule.firings for made in firing.publications for one in made.reductions}
+
     def tracks(self) -> list[Track]:
         """What was logged so far."""
         tracks, counts = [], self._tables.logged()
@@ -344,7 +351,7 @@ class Flight:
                     tracks.append(Track(made.signal.topic, made.signal, firing.node, made.port, stamps, records))
         for tape in self._schedule.tapes:
             if (tape.node, tape.port) in self._schedule.plan:
-                played, signal = slice(tape.index(self._first), tape.index(self._tick)), self._graph.signal(tape.node, tape.port)
-                tracks.append(Track(signal.topic, signal, tape.node, tape.port, tape.ticks[played] * self._graph.base_ns,
-                                    tape.records[played]))
+                signal, played = self._graph.signal(tape.node, tape.port), tape.between(self._first, self._tick)
+                stamps = tape.ticks[played] * self._graph.base_ns
+                tracks.append(Track(signal.topic, signal, tape.node, tape.port, stamps, tape.records[played]))
         return tracks

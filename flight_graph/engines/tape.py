@@ -26,6 +26,10 @@ class Tape:
         """The number of messages before a tick."""
         return int(np.searchsorted(self.ticks, tick))
 
+    def between(self, first: int, tick: int) -> slice:
+        """The messages from one tick until before another."""
+        return slice(self.index(first), self.index(tick))
+
     def play(self, tick: int, arrays: dict[str, np.ndarray]) -> None:
         """Bring the message of a tick, where there is one."""
         at = self.index(tick)

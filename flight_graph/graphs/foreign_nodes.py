@@ -35,7 +35,7 @@ def node(name: str, entry: ComponentEntry, others: list[Node], where: str) -> No
     if entry.rate_hz is None:
         raise FlightError(f"{where}.rate_hz is missing: how often does this foreign node answer?")
     if not (entry.inputs or entry.outputs):
-        raise FlightError(f"{where}: a foreign node has inputs, outputs or both: outputs: {{command: cubli/wheel_command}}")
+        raise FlightError(f"{where}: a foreign node has inputs, outputs or both, as outputs: {{command: a/topic}}")
     both = sorted((entry.inputs or {}).keys() & (entry.outputs or {}))
     if both:
         raise FlightError(f"{where}: {', '.join(both)}: inputs and outputs at once; each port has a name of its own")
@@ -56,8 +56,8 @@ def stand_in_of(name: str) -> str:
 def refuse_keys(entry: ComponentEntry, where: str) -> None:
     """Refuse what only foreign nodes have. Raises FlightError."""
     if given := [key for key in FOREIGN_KEYS if getattr(entry, key) is not None]:
-        raise FlightError(f"{where}: {' and '.join(given)}: of a foreign node (use: foreign) alone; {entry.use} declares its "
-                          "ports itself")
+        raise FlightError(f"{where}: {' and '.join(given)}: of a foreign node (use: foreign) alone; {entry.use} declares "
+                          "its ports itself")
 
 
 def entry_of(found: Node) -> dict:

@@ -52,7 +52,9 @@ class Node:
 
 @dataclass(frozen=True)
 class Step:
-    """One entry of the order within a tick. part: ``kernel``, ``output``, ``update``, or ``foreign``: the messages of a foreign node."""
+    """One entry of the order within a tick. part: ``kernel``, ``output``, ``update``, or ``foreign``: what a foreign node
+    says.
+    """
 
     node: str
     part: str

@@ -137,7 +137,9 @@ def _first_sentence(error: ValidationError) -> str:
     if first["type"] == "extra_forbidden":
         return f"{where}: there is no such key; allowed here: " + ", ".join(_keys_at(first["loc"]))
     if first["type"] == "string_pattern_mismatch":
-        allowed = "letters, digits and _ - ." if where == "name" else "letters, digits and _" if "[key]" in where else "a topic's name: letters, digits, _ and /"
+        allowed = "a topic's name: letters, digits, _ and /"
+        if where == "name" or "[key]" in where:
+            allowed = "letters, digits and _ - ." if where == "name" else "letters, digits and _"
         return f"{where}: {short(repr(first['input']))} is not allowed; allowed: {allowed}"
     return f"{where}: {first['msg'].lower()} (got {short(repr(first['input']))})"
 

@@ -39,8 +39,8 @@ def verify(path, engine: str = "compiled", trust: bool = False, tolerance: float
     run = open_recorded(path, trust)
     check_engine(run.scenario, engine)
     if run.scenario.foreign and engine == "ros":
-        raise FlightError(f"{run.bag.path}: {' and '.join(run.scenario.foreign)} stands for a foreign node, which would have "
-                          "to answer again; the compiled engine takes its answers from the bag")
+        raise FlightError(f"{run.bag.path}: {' and '.join(run.scenario.foreign)} stands for a foreign node, which would "
+                          "have to answer again; the compiled engine takes its answers from the bag")
     remarks = [_foreign_sentence(run, name) for name in run.scenario.foreign]
     remarks += [run.changes_sentence()] if run.changed else []
     if run.is_realtime:

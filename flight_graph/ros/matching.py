@@ -55,7 +55,7 @@ def _unmatched(node) -> str | None:
         found = port.subscribers()
         if found < wanted:
             foreign = node.settings.foreign_readers[name]
-            hint = f"; {foreign}, a foreign node, has to subscribe to it ({port.signal.type_name}; {here()})" if foreign else ""
+            hint = f"; {foreign}, a foreign node, has to read it ({port.signal.type_name}; {here()})" if foreign else ""
             return f"readers of its output {name} on {port.publisher.topic}: {found} of {wanted} have appeared{hint}"
     return node.memory.unmatched() or node.progress.unmatched() or node.changes.unmatched()
 
@@ -71,8 +71,8 @@ def why_no_publisher(node, what: str, port, foreign: str = "") -> str:
     if unfit := misfits(node, [port.subscription], []):
         return f"{what}: {unfit[0]}"
     if foreign:
-        return (f"{what} on {topic}: no publisher has appeared; {foreign} is a foreign node, which is started beside this run: "
-                f"it has to publish {port.signal.type_name} there, reliable ({here()})")
+        return (f"{what} on {topic}: no publisher has appeared; {foreign} is a foreign node, which is started beside this "
+                f"run: it has to publish {port.signal.type_name} there, reliable ({here()})")
     return f"{what} on {topic}: no publisher has appeared"
 
 

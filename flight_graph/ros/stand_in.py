@@ -27,6 +27,7 @@ from flight_graph.ros.patience import at_least
 from flight_graph.ros.ports import InputPort, LoopOnly, RawPublisher, RawSubscription
 from flight_graph.ros.progress import Progress
 from flight_graph.ros.settings import declare
+from flight_graph.ros.standing import Reports
 from flight_graph.timebase import SECOND
 from msg_schemas.signal import SignalMismatch
 
@@ -51,8 +52,8 @@ class Answers:
             return matching.why_no_publisher(self._node, f"the answers {self.port}", self, self._node.stands_for)
         if self.subscription.publishers() > 1:
             names = {info.node_name for info in self._node.get_publishers_info_by_topic(self.topic)}
-            raise FlightError(f"{self._node.stands_for}.{self.port}: {self.topic} has {self.subscription.publishers()} sources "
-                              f"({' and '.join(sorted(names))}); one topic has one source")
+            raise FlightError(f"{self._node.stands_for}.{self.port}: {self.topic} has {self.subscription.publishers()} "
+                              f"sources ({' and '.join(sorted(names))}); one topic has one source")
         if (found := self._slots.subscribers()) < self.readers:
             return f"readers of {self._slots.topic}: {found} of {self.readers} have appeared"
         return ""
@@ -147,15 +148,15 @@ class StandIn(ManagedNode):
                 self.inputs[port] = InputPort(self, port, signal_, source, self.settings.epoch_ns, group)
         self.answers = {port: Answers(self, port, signal_, group) for port, signal_ in self.component.outputs.items()}
         self.progress = Progress(self, self.settings)
-        self.clock = None
+        self.clock, self.reports = None, Reports(self) if self.settings.control else None
 
     def unmatched(self) -> str:
         """Which of the foreign node's ends are missing, for `matching.match`."""
         for port in self.inputs.values():
             topic = port.subscription.topic
             if {info.node_name for info in self.get_subscriptions_info_by_topic(topic)} <= self._known:
-                return (f"a subscription of {self.stands_for} to {topic} ({port.signal.type_name}): it is a foreign node, which "
-                        f"is started beside this run ({matching.here()})")
+                return (f"a subscription of {self.stands_for} to {topic} ({port.signal.type_name}): it is a foreign node, "
+                        f"which is started beside this run ({matching.here()})")
         return next(filter(None, (answers.unmatched() for answers in self.answers.values())), "")
 
     def run(self) -> None:
