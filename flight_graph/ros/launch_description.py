@@ -10,6 +10,7 @@ with a sentence and status 1 when any node ends before. Machine code that is mis
 """
 
 import json
+import os
 import tempfile
 from pathlib import Path
 
@@ -23,7 +24,7 @@ from flight_graph.graphs import scenario as scenarios
 from flight_graph.graphs.overrides import overrides
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.ros.installed import not_live
-from flight_graph.ros.launcher import RECORDER, how_it_ended, node_parameters
+from flight_graph.ros.launcher import RECORDER, STAND_IN, foreign_sentences, how_it_ended, node_parameters
 from flight_graph.ros.patience import patience_s
 
 ARGUMENTS = {  # name -> (default, what it is); that of scenario is the launch file's own, that of out follows from it
@@ -68,6 +69,10 @@ def node_table(scenario: Scenario, pace: str, factor: float, out: str, origin: s
             rows.append({"package": "sim_nodes", "executable": "recorder", "name": name, "arguments": [],
                          "parameters": {**values, "scenario": origin or scenario.name, "out": out, "graph.linger": False}})
             continue
+        if name not in scenario.graph.nodes:
+            rows.append({"package": "sim_nodes", "executable": STAND_IN, "name": name, "arguments": [],
+                         "parameters": values})
+            continue
         use = scenario.graph.nodes[name].use
         if ":" in use:
             package, executable, arguments = "flight_graph", "flight", ["node", use]
@@ -104,7 +109,9 @@ def describe(scenario_name: str):
             raise FlightError(f"out:={out}: it exists already; name a new folder")
         file = _written(scenario)
         nodes = _nodes(node_table(scenario, pace, number, out, str(file)), given["namespace"])
-        components = {node.use: node.component for node in scenario.graph.nodes.values()}
+        components = {node.use: node.component for node in scenario.graph.nodes.values() if not node.is_foreign}
+        domain = int(os.environ.get("ROS_DOMAIN_ID") or 0)
+        nodes += [LogInfo(msg=sentence) for sentence in foreign_sentences(scenario, pace, domain)]
         nodes += [LogInfo(msg=sentence)] if (sentence := not_live(components.values())) else []
         return nodes if compilation.is_ready(components) else _compiled_first(file, nodes)
 
