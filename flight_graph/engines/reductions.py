@@ -15,7 +15,7 @@ from flight_graph.engines.addresses import address, compiled, half_at, row
 from flight_graph.engines.condition_steps import SECOND, number_at, number_kind, table
 from flight_graph.graphs.measures import COUNTED, KINDS, Measure
 
-REDUCTION = table("kind of offset count number width stamp epoch_ns below memory", "limit about")  # memory: an address
+REDUCTION = table("kind of offset count number width stamp epoch_ns below memory*", "limit about")
 MEMORY = table("messages met", "value total since")
 _SIZE = REDUCTION.itemsize
 _LARGEST, _LEAST, _FINAL, _INTEGRAL, _FIRST, _SETTLING = range(len(KINDS))
