@@ -8,9 +8,9 @@ from flight_graph.recordings.recording import formatted_payload
 from flight_graph.ros.checkpoint_settings import CheckpointSettings
 from flight_graph.ros.checkpoints import NodeMemory
 from flight_graph.ros.installed import is_installed
-from flight_graph.ros.launcher import RECORDER
 from flight_graph.ros.live_faults import CLEAR, INJECT, LiveFaults
 from flight_graph.ros.managed import ManagedNode
+from flight_graph.ros.node_processes import RECORDER
 from flight_graph.ros.pacing import Pacing
 from flight_graph.ros.parameter_changes import ParameterChanges
 from flight_graph.ros.parameters import ComponentParameters
