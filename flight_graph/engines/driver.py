@@ -22,11 +22,12 @@ from flight_graph.engines.fault_tables import FaultTables
 from flight_graph.engines.reductions import REDUCTION, feed
 from flight_graph.engines.schedule import Schedule, finite_runs, stamp_offset
 from flight_graph.engines.stops import FAULT, NONFINITE
+from flight_graph.engines.tape import Reels
 
 _WORD = "<i8"
 
 CONTROL = table("tick end epoch_ns base_ns stop who holds* holds_end* firings* firings_end* fire when* when_end*")
-HOLD = table("next period target* origin* size")
+HOLD = table("next period target* origin* size ticks")  # ticks: of the messages of a tape, one behind the other at origin
 FIRING = table("next period part parameters* state* records* fault* outputs* outputs_end* own* start")
 OUTPUT = table("next period stamp* record* size runs* runs_end* visible* log* log_next log_period channel* times* "
                "reductions* reductions_end*")
@@ -168,8 +169,13 @@ def run(control_at):
         while at < control.holds_end:
             hold = row(at, HOLD)
             if tick == hold.next:
-                hold.next += hold.period
                 copy(hold.target, hold.origin, hold.size)
+                if hold.ticks == 0:
+                    hold.next += hold.period
+                else:
+                    hold.origin += hold.size
+                    hold.ticks += 8
+                    hold.next = word_at(hold.ticks)
             at += _HOLD_SIZE
         at = control.firings
         while at < control.firings_end:
@@ -205,8 +211,10 @@ class Tables:
     def __init__(self, schedule: Schedule, arrays: dict, codes: dict, epoch_ns: int = 0):
         self.arrays, self._codes = arrays, codes
         self.io = np.array([address(arrays[name]) for firing in schedule.firings for name in firing.records], _WORD)
-        self.holds = np.array([(0, hold.period, address(arrays[hold.target]), address(arrays[hold.origin]),
-                                arrays[hold.target].nbytes) for hold in schedule.holds], HOLD)
+        held = np.array([(0, hold.period, address(arrays[hold.target]), address(arrays[hold.origin]),
+                          arrays[hold.target].nbytes, 0) for hold in schedule.holds], HOLD)
+        self._reels = Reels(schedule.tapes, arrays, HOLD)
+        self.holds = np.concatenate([held, self._reels.rows])
         self.faults = FaultTables(schedule, arrays, epoch_ns)
         made = [made for firing in schedule.firings for made in firing.publications]
         runs = [[(offset, count, size == 8) for offset, count, size in finite_runs(one.signal)]
@@ -242,8 +250,10 @@ class Tables:
 
     def begin(self, tick: int) -> None:
         """Let everything be due at its first tick from this one on."""
-        for rows in (self.holds, self.firings, self.outputs):
+        held = self.holds[:len(self.holds) - len(self._reels.rows)]
+        for rows in (held, self.firings, self.outputs):
             rows["next"] = -(-tick // rows["period"]) * rows["period"]
+        self._reels.begin(self.holds[len(held):], tick)
         logged = self.outputs["log_period"] > 0
         period = self.outputs["log_period"][logged]
         self.outputs["log_next"][logged] = -(-tick // period) * period
