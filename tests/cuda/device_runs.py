@@ -1,19 +1,23 @@
 """Runs of the toy on a device, in a process of its own: numba's simulator is chosen before numba is imported.
 
-    NUMBA_ENABLE_CUDASIM=1 python -m tests.cuda.device_runs
+    NUMBA_ENABLE_CUDASIM=1 python -m tests.cuda.device_runs by_simulator
+    python -m tests.cuda.device_runs by_ptx
 """
 
 import ctypes
 import sys
+import tempfile
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 
-from flight_graph.cuda import devices, modules
+from flight_graph.cuda import devices
 from flight_graph.cuda.batch import OnDevice
 from flight_graph.cuda.packed import Packed
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.graphs.scenario import Scenario
+from tests.cuda import ptx_in_c
 from tests.graph import toy
 from tests.lanes.test_lanes import FAULTS as COMMON
 from tests.lanes.test_lanes import assert_same
@@ -73,10 +77,12 @@ def compare(device) -> int:
 
 
 class FakeDriver:
-    """The calls of a driver of CUDA that are made, over memory of this machine: a launch runs the twin, thread by thread."""
+    """The calls of a driver of CUDA that are made, over memory of this machine: a launch does what the PTX says, thread by
+    thread (`tests.cuda.ptx_in_c`).
+    """
 
-    def __init__(self):
-        self.blocks, self.calls = {}, []
+    def __init__(self, folder):
+        self.blocks, self.calls, self._folder = {}, [], folder
 
     def __getattr__(self, name):
         def called(*given):
@@ -95,35 +101,39 @@ class FakeDriver:
         if name in ("cuMemcpyHtoD", "cuMemcpyDtoH"):
             ctypes.memmove(*given)
         if name == "cuModuleLoadData":
-            assert b".visible .entry flight(" in ctypes.string_at(given[0])
+            return (ptx_in_c.compiled(ctypes.string_at(given[0]).decode(), self._folder),)
+        if name == "cuModuleGetFunction":
+            return (given[0],) if given[1] == b"flight" else ()
         if name == "cuLaunchKernel":
             function, blocks, _, _, threads, _, _, shared, stream, (values, kinds), extra = given
-            assert (function, shared, stream, extra) == ("flight", 0, 0, 0) and kinds == (ctypes.c_int64,) * 4
-            for number in range(blocks * threads):
-                self.twin(number, *values)
-        return {"cuMemGetInfo": (1 << 30, 1 << 31), "cuModuleGetFunction": ("flight",), "cuDeviceGet": (0,),
-                "cuModuleLoadData": ("module",), "cuDevicePrimaryCtxRetain": ("context",)}.get(name, ())
+            assert (shared, stream, extra) == (0, 0, 0) and kinds == (ctypes.c_int64,) * 4
+            function(blocks, threads, *values)
+        return {"cuMemGetInfo": (1 << 30, 1 << 31), "cuDeviceGet": (0,), "cuDevicePrimaryCtxRetain": ("context",)}.get(name, ())
 
 
-def of_fake_driver():
+def of_fake_driver(folder):
     """A device whose driver is none."""
-    fake = FakeDriver()
+    fake = FakeDriver(folder)
     sys.modules["cuda"] = SimpleNamespace(bindings=SimpleNamespace(driver=fake))
     sys.modules["cuda.bindings"] = SimpleNamespace(driver=fake)
-    device, load = devices.Graphics(), modules.load
+    return devices.Graphics(), fake
 
-    def loaded(*given):
-        found = load(*given)
-        fake.twin = found.twin
-        return found
-    modules.load = loaded
-    return device, fake
+
+def by_simulator() -> int:
+    """Numba's simulator, which runs the twin of the device's code."""
+    assert devices.is_simulated()
+    assert_moved_whole()
+    return compare(devices.opened())
+
+
+def by_ptx() -> int:
+    """The PTX, done by this processor."""
+    with tempfile.TemporaryDirectory() as folder:
+        device, fake = of_fake_driver(Path(folder))
+        ends = compare(device)
+    assert not fake.blocks and fake.calls[-1] == "cuMemFree"
+    return ends
 
 
 if __name__ == "__main__":
-    assert devices.is_simulated()
-    assert_moved_whole()
-    ends = compare(devices.opened())
-    device, fake = of_fake_driver()
-    assert compare(device) == ends and not fake.blocks and fake.calls[-1] == "cuMemFree"
-    print(f"runs stopped at {ends} ticks")
+    print(f"runs stopped at {globals()[sys.argv[1]]()} ticks")
