@@ -3,8 +3,8 @@
     python benchmarks/device_code.py [SCENARIO ...] [--ptxas PATH] [--arch sm_90]
 
 Of each scenario: parts, lines of PTX, operations on float64, how many of them may be contracted later (none are: each says
-how it rounds), bytes of memory of a run on the device besides logs, seconds of CPU to make PTX and twin; with --ptxas (it is in
-the package nvidia-cuda-nvcc) registers and stack of a thread. How fast it flies is not known: no device was at hand.
+how it rounds), bytes of memory of a run on the device besides logs, seconds of CPU to make PTX and twin; with --ptxas (it
+is in the package nvidia-cuda-nvcc) registers and stack of a thread. How fast it flies is not known: no device was at hand.
 """
 
 import argparse
@@ -38,8 +38,8 @@ def measured(name: str, ptxas: str | None, arch: str) -> str:
     found = _OPERATION.findall(code.ptx)
     loose = sum(1 for operation, rounding in found if not rounding or operation in ("fma", "mad"))
     parts, lines = len(set(code.numbers.values())), len(code.ptx.splitlines())
-    said = (f"{name}: {parts} parts, {lines} lines of PTX, {len(found)} operations on float64, {loose} that may be contracted, "
-            f"{Packed(flight, code.numbers).size} bytes a run, {spent:.0f} s of CPU")
+    said = (f"{name}: {parts} parts, {lines} lines of PTX, {len(found)} operations on float64, {loose} that may be "
+            f"contracted, {Packed(flight, code.numbers).size} bytes a run, {spent:.0f} s of CPU")
     return f"{said}; {assembled(code.ptx, ptxas, arch)}" if ptxas else said
 
 
