@@ -6,10 +6,9 @@ from typing import Protocol
 
 import numpy as np
 
-from flight_graph.cuda.modules import ENTRY, DeviceCode
+from flight_graph.cuda.modules import ENTRY, THREADS, DeviceCode
 from flight_graph.errors import FlightError
 
-THREADS = 64  # of a block
 SIMULATED = "NUMBA_ENABLE_CUDASIM"
 
 
