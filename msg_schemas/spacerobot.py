@@ -115,6 +115,7 @@ def topics(joint_names: list[str], body_names: list[str], prefix: str = "spacero
             "parents": Quantity(n, "1", "number of the body that carries each link; 0: the base"),
             "offsets": Quantity(3 * n, "m", "origin of each link in its parent's axes"),
             "rotations": Quantity(4 * n, "1", "quaternion x, y, z, w of each link, to its parent's axes"),
+            "joints": Quantity(n, "rad", "angles"),
         }, Role.TRUTH, "where base and links stand, for viewers"),
         imu=Signal(f"{prefix}/imu", "sensor_msgs/msg/Imu", Role.SENSOR, {"header.frame_id": BASE},
                    doc="gyro and accelerometer at the base's origin; orientation is unknown (covariance -1)"),
