@@ -34,7 +34,7 @@ class Topics:
     star_tracker: Signal
     joint_state: Signal
     base_torque: Signal
-    wheel_state: Signal
+    wheel_momentum: Signal
     odometry: Signal
     joint_estimate: Signal
     accelerations: Signal
@@ -126,7 +126,7 @@ def topics(joint_names: list[str], body_names: list[str], prefix: str = "spacero
                            may_be_nonfinite=("effort",)),
         base_torque=Signal(f"{prefix}/base_torque", "geometry_msgs/msg/WrenchStamped", Role.SENSOR,
                            {"header.frame_id": BASE}, doc="measured torque on the base over the last interval"),
-        wheel_state=vector("wheel_state", {
+        wheel_momentum=vector("wheel_momentum", {
             "momentum": Quantity(3, "N m s", "of the wheels, base axes"),
             "limited": Quantity(None, "1", "wheels at their torque or momentum limit"),
         }, Role.SENSOR, "reaction wheels; zero with an ideal actuator"),

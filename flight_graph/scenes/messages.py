@@ -3,14 +3,14 @@
 A component that declares a scene lists `latched(port)` among its ``formatted`` messages.
 """
 
-import math
 from collections.abc import Callable
 
 import numpy as np
 
 from flight_graph.components.component import Formatted
-from flight_graph.scenes.scene import Box, Cone, Cylinder, Frame, Mesh, Pose, Scene, Shape, Sphere
+from flight_graph.scenes.scene import Box, Cylinder, Frame, Pose, Scene, Shape, Sphere
 from flight_graph.scenes.transforms import TYPE, header, transforms
+from flight_graph.scenes.triangles import triangles
 from flight_graph.scenes.urdf import is_primitive, urdf
 from flight_math import Quaternion, sincos, uncompiled
 from msg_schemas.definitions import TYPESTORE
@@ -18,14 +18,17 @@ from msg_schemas.qos import Role
 
 ROBOT_DESCRIPTION, TF_STATIC, MARKERS = "robot_description", "tf_static", "scene"
 _CUBE, _SPHERE, _CYLINDER, _TRIANGLES = 1, 2, 3, 11  # of visualization_msgs/Marker
-CONE_SECTORS = 24
 
 
-def latched(port: str) -> tuple[Formatted, ...]:
-    """The messages that are said of a component's scene at the start, with the first message of an output."""
-    return (Formatted(TF_STATIC, TYPE, port, fixed_frames, Role.LATCHED, once=True, of_scene=True),
-            Formatted(ROBOT_DESCRIPTION, "std_msgs/msg/String", port, robot_description, Role.LATCHED, once=True, of_scene=True),
-            Formatted(MARKERS, "visualization_msgs/msg/MarkerArray", port, markers, Role.LATCHED, once=True, of_scene=True))
+def latched(port: str, ground: bool = True) -> tuple[Formatted, ...]:
+    """The messages that are said of a component's scene at the start, with the first message of an output.
+
+    ground: whether there is more to show than the vehicle.
+    """
+    told = [(TF_STATIC, TYPE, fixed_frames), (ROBOT_DESCRIPTION, "std_msgs/msg/String", robot_description),
+            *([(MARKERS, "visualization_msgs/msg/MarkerArray", markers)] if ground else [])]
+    return tuple(Formatted(topic, type_name, port, function, Role.LATCHED, once=True, of_scene=True)
+                 for topic, type_name, function in told)
 
 
 def moving(port: str, poses: Callable) -> tuple[Formatted, ...]:
@@ -38,7 +41,8 @@ def moving(port: str, poses: Callable) -> tuple[Formatted, ...]:
 def turned_joint(frame: Frame, angle: float) -> Pose:
     """The pose of a frame whose joint stands at an angle [rad]."""
     sine, cosine = uncompiled(sincos)(0.5 * float(angle))
-    turn = Quaternion(*frame.pose.orientation) * Quaternion(*(float(sine) * part for part in frame.joint.axis), float(cosine))
+    about = Quaternion(*(float(sine) * part for part in frame.joint.axis), float(cosine))
+    turn = Quaternion(*frame.pose.orientation) * about
     return Pose(frame.pose.position, tuple(float(part) for part in turn.parts()))
 
 
@@ -51,7 +55,8 @@ def joint_states(record, names, angles, rates=()):
 def fixed_frames(record, scene: Scene):
     """The transforms of the frames that stand still in their parents."""
     return transforms(record.header.stamp, *(
-        (frame.parent, frame.name, frame.pose.position, frame.pose.orientation) for frame in scene.frames if frame.is_fixed))
+        (frame.parent, frame.name, frame.pose.position, frame.pose.orientation)
+        for frame in scene.frames if frame.is_fixed))
 
 
 def robot_description(record, scene: Scene):
@@ -77,27 +82,17 @@ def _marker(stamp, shape: Shape):
         scale = (2.0 * geometry.radius, 2.0 * geometry.radius, geometry.length)
     else:
         mesh = triangles(geometry)
-        points = [types["geometry_msgs/msg/Point"](*map(float, vertex)) for vertex in mesh.vertices[mesh.faces.reshape(-1)]]
-    time, colour = types["builtin_interfaces/msg/Duration"](0, 0), types["std_msgs/msg/ColorRGBA"](*map(float, shape.colour))
+        corners = mesh.vertices[mesh.faces.reshape(-1)]
+        points = [types["geometry_msgs/msg/Point"](*map(float, corner)) for corner in corners]
+    ever = types["builtin_interfaces/msg/Duration"](0, 0)
+    colour = types["std_msgs/msg/ColorRGBA"](*map(float, shape.colour))
     pose = types["geometry_msgs/msg/Pose"](types["geometry_msgs/msg/Point"](*map(float, shape.pose.position)),
                                            types["geometry_msgs/msg/Quaternion"](*map(float, shape.pose.orientation)))
     nothing = types["std_msgs/msg/Header"](types["builtin_interfaces/msg/Time"](0, 0), "")
     return types["visualization_msgs/msg/Marker"](
         header=header(stamp, shape.frame), ns=shape.name, id=0, type=kind, action=0, pose=pose,
-        scale=types["geometry_msgs/msg/Vector3"](*map(float, scale)), color=colour, lifetime=time, frame_locked=True,
+        scale=types["geometry_msgs/msg/Vector3"](*map(float, scale)), color=colour, lifetime=ever, frame_locked=True,
         points=points, colors=[], texture_resource="",
         texture=types["sensor_msgs/msg/CompressedImage"](nothing, "", np.zeros(0, np.uint8)), uv_coordinates=[], text="",
         mesh_resource="", mesh_file=types["visualization_msgs/msg/MeshFile"]("", np.zeros(0, np.uint8)),
         mesh_use_embedded_materials=False)
-
-
-def triangles(geometry: Cone | Mesh) -> Mesh:
-    """The triangles of a cone's mantle, or of a mesh."""
-    if isinstance(geometry, Mesh):
-        return geometry
-    vertices = [(0.0, 0.0, 0.0)]
-    for sector in range(CONE_SECTORS):
-        sine, cosine = uncompiled(sincos)(2.0 * math.pi * sector / CONE_SECTORS)
-        vertices.append((geometry.radius * float(cosine), geometry.radius * float(sine), geometry.length))
-    faces = [(0, 1 + (sector + 1) % CONE_SECTORS, 1 + sector) for sector in range(CONE_SECTORS)]
-    return Mesh(np.array(vertices), np.array(faces, np.int64))

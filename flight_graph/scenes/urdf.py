@@ -1,7 +1,7 @@
 """A scene's vehicle as URDF: links, joints, masses and inertias as the dynamics have them, boxes, cylinders and spheres.
 
 The text is self-contained: it names no mesh file, so that a bag that carries it shows the vehicle anywhere. What is no
-primitive goes into the latched markers (`flight_graph.scenes.messages`). Numbers are written so that reading gives them back.
+primitive goes into the latched markers (`flight_graph.scenes.messages`). Numbers are written so that they read back equal.
 """
 
 import math
@@ -53,7 +53,8 @@ def _visual(shape):
         text = f'<cylinder radius="{float(geometry.radius)!r}" length="{float(geometry.length)!r}"/>'
     else:
         text = f'<sphere radius="{float(geometry.semi_axes[0])!r}"/>'
-    return [f"    <visual name={quoteattr(shape.name)}>", f"      {_origin(shape.pose)}", f"      <geometry>{text}</geometry>",
+    return [f"    <visual name={quoteattr(shape.name)}>", f"      {_origin(shape.pose)}",
+            f"      <geometry>{text}</geometry>",
             f"      <material name={quoteattr(shape.name)}><color rgba=\"{_numbers(shape.colour)}\"/></material>",
             "    </visual>"]
 
@@ -71,7 +72,8 @@ def _joint(frame):
 
 def _limit(joint: Joint, kind):
     bounds = f'lower="{float(joint.lower)!r}" upper="{float(joint.upper)!r}" ' if kind == "revolute" else ""
-    return (f'<limit {bounds}effort="{float(joint.effort or NO_LIMIT)!r}" velocity="{float(joint.velocity or NO_LIMIT)!r}"/>')
+    effort, velocity = float(joint.effort or NO_LIMIT), float(joint.velocity or NO_LIMIT)
+    return f'<limit {bounds}effort="{effort!r}" velocity="{velocity!r}"/>'
 
 
 def _origin(pose):

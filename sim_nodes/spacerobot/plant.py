@@ -303,13 +303,14 @@ def plant(topics: spacerobot.Topics) -> type[Component]:
         parameters, state = plant_parameters(topics.joints), plant_state(topics.joints)
         inputs = {"base_command": topics.base_command, "joint_command": topics.joint_command, "brakes": topics.brakes}
         optional_inputs = ("brakes",)
-        outputs = {"truth": topics.truth, "parameters": topics.true_parameters, "wheels": topics.wheel_state,
+        outputs = {"truth": topics.truth, "parameters": topics.true_parameters, "wheels": topics.wheel_momentum,
                    "pose": topics.true_pose, "frames": topics.true_frames}
         output_rate_hz = {"pose": 10.0, "frames": 10.0}
         rate_hz = 50.0
         start, output, update = start, output, update
-        formatted = (Formatted("tf", TYPE, "frames", moving_frames(topics.frames)), *latched("frames"), Formatted(
-            "joint_states", "sensor_msgs/msg/JointState", "frames", true_joints(topics), Role.TELEMETRY))
+        formatted = (
+            Formatted("tf", TYPE, "frames", moving_frames(topics.frames)), *latched("frames", ground=False),
+            Formatted("joint_states", "sensor_msgs/msg/JointState", "frames", true_joints(topics), Role.TELEMETRY))
         faults = {DIVERGED: "the motion has diverged (a rate is beyond 1e4 rad/s)"}
 
         @classmethod

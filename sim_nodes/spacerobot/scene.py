@@ -1,7 +1,7 @@
 """What the space robot looks like: each body as the homogeneous box of its inertia, joints as drums about their axes.
 
-Tree, masses, inertias, axes and limits are the plant's parameters (before a payload is taken). The wheels have no inertia in
-the model: their momentum is an arrow.
+Tree, masses, inertias, axes and limits are the plant's parameters (before a payload is taken). The wheels have no inertia
+in the model: their momentum is an arrow.
 """
 
 import math
@@ -30,9 +30,10 @@ def scene(values: dict, topics: spacerobot.Topics) -> Scene:
                        (0.55, 0.25, 0.75, 1.0))]
     for i, (joint, parent) in enumerate(zip(joints, values["parent"])):
         axis = tuple(map(float, values["axis"][i]))
-        frames.append(Frame(names[i + 1], names[parent], pose_of(values["offset"][i], np.reshape(
-            values["fixed_rotation"][i], (3, 3))), Joint(joint, axis, _limit(values["lower"][i]), _limit(values["upper"][i]),
-                                                         _limit(values["joint_torque_limit"][i]))))
+        turns = Joint(joint, axis, _limit(values["lower"][i]), _limit(values["upper"][i]),
+                      _limit(values["joint_torque_limit"][i]))
+        pose = pose_of(values["offset"][i], np.reshape(values["fixed_rotation"][i], (3, 3)))
+        frames.append(Frame(names[i + 1], names[parent], pose, turns))
         shapes.append(_drum(names[i + 1], axis))
         arrows.append(Arrow(f"torque of {joint}", topics.truth.topic, "position", names[i + 1], "N m", TORQUE_SCALE,
                             (f"joint_torque[{i}]",), (axis,), colour=(0.95, 0.6, 0.1, 1.0)))
