@@ -18,8 +18,10 @@ from flight_graph.cli import (
     replay,
     report,
     scenarios,
+    serve,
     step,
     sweep,
+    view,
 )
 
 app = typer.Typer(
@@ -28,6 +30,8 @@ app = typer.Typer(
          "Example: [bold]flight run cubli_asteroid[/bold]")
 scenarios.register(app)
 step.register(app)
+view.register(app)
+serve.register(app)
 layout.register(app)
 check.register(app)
 compile.register(app)

@@ -10,16 +10,16 @@ import numpy as np
 
 from flight_graph.components.records import flat
 from flight_graph.engines.checkpoint import Checkpoint, is_kept
-from flight_graph.engines.compiled import CompiledRun
+from flight_graph.engines.compiled import CompiledRun, Recording, Track
 from flight_graph.engines.schedule import Schedule
 from flight_graph.errors import FlightError, unknown
 from flight_graph.graphs import events
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.bag_scenario import INJECTED_FAULTS, SET_PARAMETERS
-from flight_graph.recordings.recording import RunBag, column_units, messages, recorded_topics
+from flight_graph.recordings.recording import column_units, messages, recorded_topics, write_recording
 from flight_graph.timebase import SECOND
 from flight_graph.viewers.messages import Message, Stream
-from flight_graph.viewers.quantities import TYPE, of_records
+from flight_graph.viewers.quantities import of_signal
 from flight_graph.viewers.source import Source
 from msg_schemas.definitions import definition
 
@@ -39,11 +39,11 @@ class FlyingSource(Source):
         self.streams = [Stream(f"/{topic.topic}", topic.type_name, definition(topic.type_name).text,
                                latched=topic.role.qos.transient_local) for topic in self._topics]
         self.units = column_units(self._topics)
-        self.quantities = [quantity for topic in self._topics if topic.formatted is None and topic.type_name == TYPE
-                           for quantity in of_records(f"/{topic.topic}", topic.signal.dtype,
-                                                      list(topic.signal.fixed.get("name", ())), self.units)]
+        self.quantities = [quantity for topic in self._topics if topic.formatted is None
+                           for quantity in of_signal(f"/{topic.topic}", topic.signal, self.units)]
         self.begin_ns, self.end_ns = scenario.epoch_ns, scenario.epoch_ns + scenario.duration_ns
         self._changes, self._set, self._injected = {}, [], {}
+        self._checkpoints = []
         self._past = []  # tracks of the flights before each fault that was injected
 
     # -- flying ----------------------------------------------------------------------------------------------------
@@ -61,8 +61,11 @@ class FlyingSource(Source):
         """Fly on to a stamp; the messages since the last call, in the order of the bag."""
         with self._lock:
             tick = (until_ns - self.scenario.epoch_ns) // self.scenario.graph.base_ns + 1
-            if not self.is_over:
-                self._flight.advance(max(self._flight.tick, min(tick, self.scenario.ticks)))
+            while not self.is_over and self._flight.tick < min(tick, self.scenario.ticks):
+                due = self.scenario.next_checkpoint(self._flight.tick)
+                self._flight.advance(min(tick, self.scenario.ticks, due))
+                if self._flight.tick == due < self.scenario.ticks and not self._flight.stop:
+                    self._checkpoints.append(self._flight.checkpoint())
             return self._new()
 
     def _new(self) -> list[Message]:
@@ -162,31 +165,30 @@ class FlyingSource(Source):
         self._run, self._flight, self._done = run, flight, {}
         self._injected = self._injected | {entry["id"]: entry}
 
-    def _tracks(self):
-        """(node, port) -> its tracks, one after the other."""
+    # -- the bag ---------------------------------------------------------------------------------------------------
+    def recording(self) -> Recording:
+        """What was flown, up to where it is."""
         found = {}
         for part in [*self._past, self._flight.tracks()]:
             for track in part:
                 found.setdefault((track.node, track.port), []).append(track)
-        return found
+        checkpoints = [] if self._set or self._injected else self._checkpoints  # they would be of another scenario
+        return Recording(self.scenario, list(map(_joined, found.values())), stopped=self.stopped, checkpoints=checkpoints)
 
-    # -- the bag ---------------------------------------------------------------------------------------------------
     def write(self, folder, engine: str) -> None:
         """Write what was flown as a bag, up to where it is."""
-        bag = RunBag(folder, self.scenario, engine, "none")
-        tracks, blocks = self._tracks(), []
-        for topic in bag.topics:
-            parts = tracks[topic.node, topic.port]
-            stamps = np.concatenate([part.stamps_ns for part in parts])
-            records = np.frombuffer(b"".join(part.records.tobytes() for part in parts), parts[0].records.dtype)
-            blocks.append((topic, *messages(topic, stamps, records)))
-        bag.write_all(blocks)
-        for name, entries in ((SET_PARAMETERS, self._set), (INJECTED_FAULTS, self.injected())):
-            if entries:
-                bag.writer.metadata(name, {str(number): json.dumps(entry) for number, entry in enumerate(entries)})
         complete = self._flight.tick >= self.scenario.ticks and not self.stopped
-        outcome = {"complete": str(complete).lower(), "lost": "0"}
-        bag.close({**outcome, "stopped": self.stopped} if self.stopped else outcome)
+        happened = {SET_PARAMETERS: self._set, INJECTED_FAULTS: self.injected()}
+        write_recording(self.recording(), folder, engine, complete=complete, happened={
+            name: [json.dumps(entry) for entry in entries] for name, entries in happened.items()})
+
+
+def _joined(parts: list[Track]) -> Track:
+    if len(parts) == 1:
+        return parts[0]
+    first = parts[0]
+    records = np.frombuffer(b"".join(part.records.tobytes() for part in parts), first.records.dtype)
+    return Track(first.topic, first.signal, first.node, first.port, np.concatenate([one.stamps_ns for one in parts]), records)
 
 
 def _memory(run: CompiledRun, flight) -> Checkpoint:

@@ -11,7 +11,7 @@ from importlib import resources
 from flight_graph import yaml_text
 from flight_graph.components import registry
 from flight_graph.errors import FlightError
-from flight_graph.viewers.series import Series
+from flight_graph.viewers.series import MOST_LINES, Series
 
 FILE = "plots.yaml"
 MOST_PLOTS = 6  # beside the picture
@@ -25,10 +25,10 @@ class Plot:
     series: tuple[Series, ...]
 
     @property
-    def unit(self) -> str:
-        """That of all of its series; empty where they differ."""
+    def full_title(self) -> str:
+        """With the unit, where all of its series have the same."""
         units = {one.unit for one in self.series}
-        return units.pop() if len(units) == 1 else ""
+        return f"{self.title} [{units.pop()}]" if len(units) == 1 and "" not in units else self.title
 
 
 def overview(series: list[Series]) -> list[Plot]:
@@ -46,11 +46,20 @@ def overview(series: list[Series]) -> list[Plot]:
     return found[:MOST_PLOTS]
 
 
-def by_topic(series: list[Series]) -> dict[str, list[Series]]:
-    """topic -> its series, in their order."""
-    found = {}
+def by_topic(series: list[Series]) -> dict[str, list[Plot]]:
+    """topic -> the plots of its series: those of one unit share a plot, as long as it can be read."""
+    topics, found = {}, {}
     for one in series:
-        found.setdefault(one.topic, []).append(one)
+        plots = topics.setdefault(one.topic, [])
+        shared = next((plot for plot in plots if plot[0].unit == one.unit
+                       and sum(len(other.lines) for other in plot) + len(one.lines) <= MOST_LINES), None)
+        if shared is None:
+            plots.append([one])
+        else:
+            shared.append(one)
+    for topic, plots in topics.items():
+        found[topic] = [Plot(", ".join(one.name for one in plot[:3]) + (", ..." if len(plot) > 3 else ""), tuple(plot))
+                        for plot in plots]
     return found
 
 

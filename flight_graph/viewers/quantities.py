@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flight_graph.bags.layout import Layout, fixed_layout
+from flight_graph.bags.message_types import field_trees
 from flight_graph.timebase import stamp_parts
 
 FIELDS = ("position", "velocity", "effort")  # the lists of a JointState, in its order
@@ -108,6 +110,19 @@ def of_records(topic: str, dtype: np.dtype, names, units: dict | None = None) ->
         return []
     filled = [field for field in FIELDS if field in (dtype.names or ()) and dtype[field].shape == (len(names),)]
     return quantities(topic, names, filled, units)
+
+
+def of_signal(topic: str, signal, units: dict | None = None) -> list[Quantity]:
+    """The quantities of a topic that carries a signal."""
+    if signal.type_name != TYPE:
+        return []
+    layout = wire_layout(signal)
+    return of_records(topic, layout.dtype, layout.constants.get("name"), units)
+
+
+def wire_layout(signal) -> Layout:
+    """The layout of a signal's messages, by the fields of its message type."""
+    return fixed_layout(field_trees(signal.type_name, "", ""), signal.type_name, signal.template)
 
 
 def _word(text: str) -> str:

@@ -15,6 +15,12 @@ def path_of(scene: Scene, frame: str) -> list[str]:
     return [ROOT, MAP, *(one.name for one in scene.path(frame))]
 
 
+def joined(parts: list[str]) -> str:
+    """The path of an entity."""
+    from rerun import escape_entity_path_part
+    return "/".join(map(escape_entity_path_part, parts))
+
+
 def log_shapes(rerun, recording, scene: Scene) -> None:
     """Everything of a scene that stands still in its frame."""
     recording.log([ROOT], rerun.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
@@ -88,7 +94,7 @@ class MovingScene:
         for name, track in moving.items():
             rows = self._thinned(track.stamps_ns)
             self._recording.send_columns(
-                "/".join(path_of(self.scene, name)), self._time(track.stamps_ns[rows]),
+                joined(path_of(self.scene, name)), self._time(track.stamps_ns[rows]),
                 self._rerun.Transform3D.columns(translation=track.position[rows], quaternion=track.orientation[rows]))
         for arrow in self.scene.arrows:
             self._arrow(arrow, bag)
@@ -110,7 +116,7 @@ class MovingScene:
         self._recording.log(entity, self._rerun.Arrows3D.from_fields(
             colors=[[round(255 * part) for part in arrow.colour]]), static=True)
         self._recording.send_columns(
-            "/".join(entity), self._time(stamps), self._rerun.Arrows3D.columns(
+            joined(entity), self._time(stamps), self._rerun.Arrows3D.columns(
                 vectors=arrow.scale * vectors, origins=np.tile(arrow.origin, (len(stamps), 1))))
 
     def _trail(self, trail, moving):
@@ -132,10 +138,10 @@ class MovingScene:
             colors=[[round(255 * part) for part in trail.colour]]), static=True)
         if len(points) > 1:
             pieces = np.stack([points[:-1], points[1:]], axis=1)
-            self._recording.send_columns("/".join(entity), self._time(stamps[1:]),
+            self._recording.send_columns(joined(entity), self._time(stamps[1:]),
                                          self._rerun.LineStrips3D.columns(strips=list(pieces)))
 
 
 def trails(scene: Scene) -> list[str]:
     """The entities of the trails, which are shown from the start of the run on."""
-    return ["/".join([*path_of(scene, trail.seen_in), f"trail of {trail.frame}"]) for trail in scene.trails]
+    return [joined([*path_of(scene, trail.seen_in), f"trail of {trail.frame}"]) for trail in scene.trails]

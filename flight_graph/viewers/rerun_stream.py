@@ -2,23 +2,28 @@
 
 import os
 import sys
+import tempfile
+from pathlib import Path
 
 import numpy as np
 
 from flight_graph.bags.errors import BagError
 from flight_graph.bags.reader import Bag
 from flight_graph.errors import FlightError
+from flight_graph.scenes import motion
 from flight_graph.scenes.scene import Scene
 from flight_graph.timebase import SECOND
 from flight_graph.viewers import rerun_scene
 from flight_graph.viewers.extras import required
-from flight_graph.viewers.overview import by_topic, overview
 from flight_graph.viewers.series import Series, all_series
+from flight_graph.viewers.vehicle import Vehicle
 
 TIMELINE = "time"  # seconds since the first message
 PLOTS = "plots"
 MOST_POINTS = 20_000  # of a series, and poses of a frame
-COMMAND = "flight view"
+_FROM = (1.1, -1.6, 0.9)  # where the eye is, in extents of the scene
+_COLOURS = [(31, 119, 180), (214, 39, 40), (44, 160, 44), (148, 103, 189), (255, 127, 14), (23, 190, 207), (140, 86, 75),
+            (227, 119, 194), (127, 127, 127), (188, 189, 34), (0, 0, 128), (0, 100, 0)]  # of the lines of a series
 
 
 class RerunStream:
@@ -27,8 +32,9 @@ class RerunStream:
     notes: sentences of what a person should know (what was thinned, what cannot be read, why there is no picture).
     """
 
-    def __init__(self, name: str, scene: Scene | None, begin_ns: int, most_points: int = MOST_POINTS):
-        self._rerun = required("rerun", "view", COMMAND)
+    def __init__(self, name: str, scene: Scene | None, begin_ns: int, most_points: int = MOST_POINTS,
+                 command: str = "flight view"):
+        self._rerun, self._command = required("rerun", "view", command), command
         self.name, self.scene, self.notes = name, scene, []
         self._begin_ns, self._most, self._is_thinned, self._titled = begin_ns, most_points, False, set()
         self._recording = self._rerun.RecordingStream(application(scene), send_properties=False)
@@ -49,35 +55,48 @@ class RerunStream:
         except OSError as error:
             raise FlightError(f"--save {path}: it cannot be written ({(error.strerror or str(error)).lower()})") from None
 
-    def serve(self, web_port: int, grpc_port: int, open_browser: bool) -> str:
-        """Serve the viewer as a page; its address. Raises FlightError where the ports cannot be had."""
-        try:
-            source = self._recording.serve_grpc(grpc_port=grpc_port)
-            self._rerun.serve_web_viewer(web_port=web_port, open_browser=open_browser, connect_to=source)
-        except (RuntimeError, OSError, ValueError) as error:
-            raise FlightError(f"--web: ports {web_port} (page) and {grpc_port} (data) cannot both be served on ({error}); "
-                              "--port NUMBER takes others") from None
-        from urllib.parse import quote
-        return f"http://127.0.0.1:{web_port}/?url={quote(source, safe='')}"
+    def connect(self, source: str) -> None:
+        """Send to a server of Rerun's, as `flight_graph.viewers.rerun_page` starts one."""
+        self._recording.connect_grpc(source)
 
     def open_window(self) -> None:
         """Start the native viewer. Raises FlightError where there is no display."""
-        refuse_without_display()
+        refuse_without_display(self._command)
         try:
             self._recording.spawn()
         except (RuntimeError, OSError) as error:
-            raise FlightError(f"{COMMAND}: the viewer does not start ({error}); --web shows it in a browser") from None
+            raise FlightError(f"{self._command}: the viewer does not start ({error}); --web shows it in a browser") from None
 
     # -- what is in it ---------------------------------------------------------------------------------------------
-    def begin(self, series: list[Series]) -> None:
-        """Send the blueprint, and what stands still. series: what will be plotted."""
+    def begin(self, series: list[Series], target=(0.0, 0.0, 0.0)) -> None:
+        """Send the blueprint, and what stands still. series: what will be plotted; target: see `blueprint`."""
         if self.scene is not None:
             rerun_scene.log_shapes(self._rerun, self._recording, self.scene)
-        self._recording.send_blueprint(blueprint(self._rerun, self.scene, series))
+        self._recording.send_blueprint(blueprint(
+            self._rerun, Vehicle.of(self.name, self.scene, series), target))
 
-    def add(self, bag: Bag) -> list[Series]:
-        """Log all that a bag holds; its series. What cannot be read or drawn is said in ``notes``."""
-        series, problems = all_series(bag)
+    def show(self, bag: Bag) -> None:
+        """A whole bag, with its arrangement."""
+        found = all_series(bag)
+        self.begin(found[0], self._target(bag, Vehicle.of(self.name, self.scene, []).still_frame))
+        self._log(bag, *found)
+
+    def _target(self, bag, frame):
+        """Where the vehicle is in the middle of a bag, in the frame that is looked at."""
+        if self.scene is None:
+            return (0.0, 0.0, 0.0)
+        try:
+            poses = motion.poses_at(self.scene, motion.tracks(self.scene, bag), [(bag.start_ns + bag.end_ns) // 2],
+                                    frame)
+        except BagError:  # nothing moves in it; it is said where it is drawn
+            return (0.0, 0.0, 0.0)
+        return tuple(poses[self.scene.base][0][0]) if self.scene.base in poses else (0.0, 0.0, 0.0)
+
+    def add(self, bag: Bag) -> None:
+        """Log all that a bag holds. What cannot be read or drawn is said in ``notes``."""
+        self._log(bag, *all_series(bag))
+
+    def _log(self, bag, series, problems):
         self.notes += [f"not shown: {sentence}" for sentence in problems.values()]
         if self._moving is not None:
             try:
@@ -86,13 +105,13 @@ class RerunStream:
                 self.notes.append(f"nothing moves in the picture: {error}")
         for one in series:
             self._plot(bag, one)
-        return series
 
     def _plot(self, bag, one):
         entity, stamps = entity_of(one), bag.stamps_ns(one.topic)
         if entity not in self._titled:
             self._titled.add(entity)
-            self._recording.log(entity, self._rerun.SeriesLines(names=[line.label for line in one.lines]), static=True)
+            self._recording.log(entity, self._rerun.SeriesLines(
+                names=[line.label for line in one.lines], colors=_COLOURS[:len(one.lines)]), static=True)
         rows = self._thinned(stamps)
         scalars = self._rerun.Scalars.columns(scalars=one.values[rows].reshape(-1))
         self._recording.send_columns(entity, self._time(stamps[rows]), scalars.partition([len(one.lines)] * len(rows)))
@@ -129,38 +148,53 @@ def application(scene: Scene | None) -> str:
 
 def entity_of(series: Series) -> str:
     """Where the numbers of a series are in a recording, as a path."""
-    import rerun
-    return "/".join([PLOTS, *(rerun.escape_entity_path_part(part)
-                              for part in (*filter(None, series.topic.split("/")), series.name))])
+    return rerun_scene.joined([PLOTS, *filter(None, series.topic.split("/")), series.name])
 
 
-def blueprint(rerun, scene: Scene | None, series: list[Series]):
-    """The arrangement of a vehicle: picture and overview beside each other, then a tab for each topic."""
+def blueprint(rerun, vehicle: Vehicle, target=(0.0, 0.0, 0.0)):
+    """The arrangement of a vehicle: picture and overview beside each other, then a tab for each topic.
+
+    target: (3,) the point [m] that is looked at, in the frame that stands still.
+    """
     import rerun.blueprint as rrb
-    beside = rrb.Vertical(*(_view(rrb, plot.title + (f" [{plot.unit}]" if plot.unit else ""), plot.series)
-                            for plot in overview(series)))
-    tabs = [rrb.Vertical(*(_view(rrb, one.title, (one,)) for one in some), name=topic)
-            for topic, some in by_topic(series).items()]
-    if scene is None:
-        first = beside
-    else:
-        since = rerun.VisibleTimeRange(TIMELINE, start=rerun.TimeRangeBoundary.infinite(),
-                                       end=rerun.TimeRangeBoundary.cursor_relative())
-        shown = {path: rrb.VisibleTimeRanges([since]) for path in rerun_scene.trails(scene)}
-        picture = rrb.Spatial3DView(origin=rerun_scene.ROOT, name=scene.name, overrides=shown)
-        first = rrb.Horizontal(picture, beside, column_shares=[3, 2]) if series else picture
+    beside = [_view(rrb, plot) for plot in vehicle.overview]
+    tabs = [rrb.Vertical(*(_view(rrb, plot) for plot in plots), name=topic) for topic, plots in vehicle.topics.items()]
+    first = [] if vehicle.scene is None else [_picture(rerun, rrb, vehicle, target)]
+    first += [rrb.Vertical(*beside)] if beside else []
+    shares = [3, 2] if len(first) == 2 else None
     return rrb.Blueprint(
-        rrb.Tabs(rrb.Horizontal(first, name="overview"), *tabs, active_tab="overview"),
+        rrb.Tabs(rrb.Horizontal(*first, column_shares=shares, name="overview"), *tabs, active_tab=0),
         rrb.BlueprintPanel(state="collapsed"), rrb.SelectionPanel(state="collapsed"),
         rrb.TimePanel(state="collapsed", timeline=TIMELINE, play_state="playing"))
 
 
-def _view(rrb, title, series):
-    return rrb.TimeSeriesView(origin="/", contents=[f"+ /{entity_of(one)}" for one in series], name=title)
+def _picture(rerun, rrb, vehicle, target):
+    since = rerun.VisibleTimeRange(TIMELINE, start=rerun.TimeRangeBoundary.infinite(),
+                                   end=rerun.TimeRangeBoundary.cursor_relative())
+    eye = rrb.EyeControls3D(look_target=target, eye_up=(0.0, 0.0, 1.0),
+                            position=np.asarray(target) + vehicle.extent * np.array(_FROM))
+    return rrb.Spatial3DView(
+        origin=rerun_scene.joined(rerun_scene.path_of(vehicle.scene, vehicle.still_frame)), name=vehicle.scene.name,
+        contents=f"+ /{rerun_scene.ROOT}/**", eye_controls=eye,
+        overrides={path: rrb.VisibleTimeRanges([since]) for path in rerun_scene.trails(vehicle.scene)})
 
 
-def refuse_without_display() -> None:
+def blueprint_file(vehicle: Vehicle) -> bytes:
+    """The arrangement as a file (.rbl) that Rerun opens beside a recording of such a vehicle."""
+    rerun = required("rerun", "view", "flight layout --for rerun")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "vehicle.rbl"
+        blueprint(rerun, vehicle).save(application(vehicle.scene), path)
+        return path.read_bytes()
+
+
+def _view(rrb, plot):
+    return rrb.TimeSeriesView(origin="/", contents=[f"+ /{entity_of(one)}" for one in plot.series], name=plot.full_title,
+                              plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop))
+
+
+def refuse_without_display(command: str) -> None:
     """Refuse a window where none can be shown. Raises FlightError."""
     if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        raise FlightError(f"{COMMAND}: there is no display here (neither DISPLAY nor WAYLAND_DISPLAY is set); --web shows "
+        raise FlightError(f"{command}: there is no display here (neither DISPLAY nor WAYLAND_DISPLAY is set); --web shows "
                           "it in a browser, also on another machine; --save FILE.rrd keeps it for later")

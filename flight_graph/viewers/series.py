@@ -11,11 +11,12 @@ from flight_graph.bags.fields import columns, definition_order
 from flight_graph.bags.message_types import field_trees, vector_paths
 from flight_graph.bags.reader import Bag
 from flight_graph.bags.units import field_units
-from flight_graph.viewers.quantities import TYPE, of_records
+from flight_graph.viewers.quantities import TYPE, of_records, wire_layout
 
 MOST_LINES = 12  # of a series; longer ones (matrices) are left to the person
 _LEFT_OUT = re.compile(r"(^|\.)(header|stamp)\.|covariance")  # times, and what stands beside the numbers
 _ENTRY = re.compile(r"(\.[xyzw]|\[\d+\])$")
+_POSES = "tf2_msgs/msg/TFMessage"  # these are the picture
 _ANGLES = {"position": "rad", "velocity": "rad/s", "effort": "N m"}  # of joints that turn
 
 
@@ -59,9 +60,9 @@ def series_of_bag(bag: Bag, topic: str) -> list[Series]:
 
 def series_of_signal(topic: str, signal, units: dict[str, str]) -> list[Series]:
     """The series of a topic that carries a signal, without values."""
-    names = signal.fixed.get("name")
+    layout = wire_layout(signal)
     trees = field_trees(signal.type_name, "", "")
-    return _series(topic, signal.type_name, trees, signal.zeros(1)[:0], list(names) if names else None, units)
+    return _series(topic, signal.type_name, trees, np.zeros(0, layout.dtype), layout.constants.get("name"), units)
 
 
 def _series(topic, type_name, trees, array, names, units):
@@ -98,7 +99,7 @@ def all_series(bag: Bag) -> tuple[list[Series], dict[str, str]]:
     """All that can be plotted of a bag, and topic -> sentence of what cannot be read."""
     found, problems = [], {}
     for topic, info in bag.topics.items():
-        if info.count:
+        if info.count and info.type_name != _POSES:
             try:
                 found += series_of_bag(bag, topic)
             except BagError as error:

@@ -38,3 +38,6 @@ class Source:
     def set(self, key: str, value) -> None:
         """Set a parameter. Raises FlightError."""
         raise FlightError(f"{key}: nothing can be set here: what was recorded stays as it is")
+
+    def close(self) -> None:
+        """Let go of what it holds."""
