@@ -21,6 +21,7 @@ from flight_graph.cli import (
     serve,
     step,
     sweep,
+    urdf,
     view,
 )
 
@@ -33,6 +34,7 @@ step.register(app)
 view.register(app)
 serve.register(app)
 layout.register(app)
+urdf.register(app)
 check.register(app)
 compile.register(app)
 fault.register(app)
