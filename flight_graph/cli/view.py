@@ -1,9 +1,5 @@
 """flight view: a run as a moving 3-D picture with plots beside it."""
 
-import signal
-import time
-import webbrowser
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -12,6 +8,7 @@ import typer
 from flight_graph.cli.scenarios import Params, Settings, overrides
 from flight_graph.cli.show import RunProgress, status, working
 from flight_graph.cli.trust import Trust, asked
+from flight_graph.cli.watched import shown
 from flight_graph.errors import FlightError
 
 Source = Annotated[str, typer.Argument(
@@ -63,16 +60,12 @@ def view(
         bag = read_bag(path)
         scene, notes = opening.picture_of_bag(bag, asked(trust))
     stream = rerun_stream.RerunStream(str(path), scene, bag.start_ns, points)
-    with shown(stream, web, save, host, port) as address:
+    with shown(stream, "flight view", host, port if web else None, save):
         with working(f"drawing {path}", True):
             stream.show(bag)
             stream.flush()
         for note in [*bag.remarks, *notes, *stream.notes]:
             status(note)
-        if save is not None:
-            print(save)
-        elif address is not None:
-            wait_for_the_end(address)
 
 
 def _flown(name, given, consent) -> Path:
@@ -92,45 +85,3 @@ def _flown(name, given, consent) -> Path:
             status(f"{error}; shown is the run up to there")
     status(f"recorded to {folder}")
     return folder
-
-
-@contextmanager
-def shown(stream, web: bool, save: Path | None, host: str, port: int):
-    """Where a stream goes: a page (gives its address), a file, or a window."""
-    if save is not None:
-        stream.save(save)
-        yield None
-        stream.close()
-        return
-    if not web:
-        stream.open_window()
-        yield None
-        stream.close()
-        return
-    from flight_graph.viewers.rerun_page import RerunPage
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    page = RerunPage(host, port, "flight view")
-    try:
-        stream.connect(page.source)
-        yield page.address
-        while not page.has_ended:
-            time.sleep(0.2)
-        raise FlightError("Rerun's server has ended")
-    except KeyboardInterrupt:
-        pass
-    finally:
-        page.close()
-
-
-def wait_for_the_end(address: str) -> None:
-    """Say where the page is, and open it where there is a browser."""
-    print(address, flush=True)
-    status("Ctrl-C ends it" if opened(address) else "no browser could be started: open the address in one; Ctrl-C ends it")
-
-
-def opened(address: str) -> bool:
-    """Whether a browser of this machine has been asked to show an address."""
-    try:
-        return webbrowser.open(address)
-    except webbrowser.Error:
-        return False

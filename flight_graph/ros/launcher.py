@@ -106,13 +106,15 @@ def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: flo
 
 
 def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float = 1.0, progress=None, compiling=None,
-        check_bounds: bool = False, tell=None, begin: Beginning | None = None, controlled: bool = False) -> RosRun:
+        check_bounds: bool = False, tell=None, begin: Beginning | None = None, controlled: bool = False,
+        around=None) -> RosRun:
     """Run a scenario as ROS 2 nodes and record it into ``folder``. Raises FlightError with the first node's sentence.
 
     pace: lockstep (as fast as the graph answers) or realtime (``factor`` simulated seconds per wall second).
     progress(seconds simulated) is called about once a simulated second; compiling: see `flight_graph.engines.compilation`;
     check_bounds: with checked indices; tell(sentence): of what a person should know before it starts. begin: where the run
     begins, if not at t = 0. controlled: it stands at its start, and is let go by the services of the node ``simulation``.
+    around(domain id): a context in which it runs.
     KeyboardInterrupt ends the nodes, closes the bag, and goes on to the caller.
     """
     refuse(scenario)
@@ -134,7 +136,8 @@ def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float 
             launch.supervise = partial(_supervisor, scenario, launch, Path(work) / EVENTS)
             launch.supervise(specs)
         launch.segments, launch.tell = segments, tell or str
-        return launch.run()
+        with around(domain.number) if around else contextlib.nullcontext():
+            return launch.run()
 
 
 def _supervisor(scenario, launch, events, specs):

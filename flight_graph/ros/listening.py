@@ -4,16 +4,20 @@ Topics and nodes that come later are taken up within a second. Messages count as
 as of the newest stamp that has come.
 """
 
-import os
 import struct
+import threading
 import time
+from contextlib import contextmanager
 
 from flight_graph.bags.errors import BagError
 from flight_graph.bags.message_types import standard_definition
 from flight_graph.errors import FlightError
+from flight_graph.recordings.recording import column_units, recorded_topics
 from flight_graph.ros.environment import prepare_environment
 from flight_graph.timebase import SECOND
+from flight_graph.viewers import live
 from flight_graph.viewers.messages import LATCHED, Message, Stream
+from flight_graph.viewers.opening import series_of
 from flight_graph.viewers.source import Source
 from msg_schemas.qos import Qos
 
@@ -51,7 +55,7 @@ class RosSource(Source):
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
         self._group, self._subscriptions, self._refused, self._looked_s = LoopOnly(), {}, set(), -LOOK_S
-        self._clients, self._values, self._wanted = {}, {}, []
+        self._clients, self._values, self._wanted, self._offsets = {}, {}, [], []
 
     def take(self, until_ns: int) -> list[Message]:
         """All that has come since the last call, whatever the time."""
@@ -76,10 +80,6 @@ class RosSource(Source):
             return None
         sec, nanosec = struct.unpack_from("<iI", payload, offset)
         return sec * SECOND + nanosec
-
-    @property
-    def _offsets(self):
-        return [_stamp_offset(stream.type_name) for stream in self.streams]
 
     # -- topics ----------------------------------------------------------------------------------------------------
     def _look(self):
@@ -107,6 +107,7 @@ class RosSource(Source):
             self.notes.append(f"not shown: {topic} ({types[0]}): {error}")
             return
         self._subscriptions[len(self.streams)] = subscription
+        self._offsets.append(_stamp_offset(types[0]))
         self.streams.append(Stream(topic, types[0], definition.text, latched=qos.transient_local or topic in LATCHED))
 
     # -- parameters ------------------------------------------------------------------------------------------------
@@ -164,9 +165,21 @@ class RosSource(Source):
         rclpy.try_shutdown(context=self._context)
 
 
-def domain_text() -> str:
-    """The domain that is listened to, in words."""
-    return f"ROS domain {os.environ.get('ROS_DOMAIN_ID') or '0'}"
+@contextmanager
+def shown(scenario, stream, domain: int):
+    """While a run of nodes runs: its topics in Rerun, as they come."""
+    source, stop = RosSource(domain), threading.Event()
+    source.begin_ns, source.units = scenario.epoch_ns, column_units(recorded_topics(scenario))
+    stream.begin(series_of(scenario, source.units))
+    thread = threading.Thread(target=live.show, args=(source, stream, 1.0, stop))
+    thread.start()
+    try:
+        yield
+    finally:
+        stop.set()
+        thread.join()
+        source.close()
+        stream.flush()
 
 
 def _stamp_offset(type_name: str) -> int | None:

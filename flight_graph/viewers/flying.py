@@ -12,7 +12,7 @@ from flight_graph.components.records import flat
 from flight_graph.engines.checkpoint import Checkpoint, is_kept
 from flight_graph.engines.compiled import CompiledRun, Recording, Track
 from flight_graph.engines.schedule import Schedule
-from flight_graph.errors import FlightError, unknown
+from flight_graph.errors import FlightError, RunStopped, unknown
 from flight_graph.graphs import events
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.bag_scenario import INJECTED_FAULTS, SET_PARAMETERS
@@ -51,6 +51,11 @@ class FlyingSource(Source):
     def is_over(self) -> bool:
         """Whether it has come to its end, or a component has stopped it."""
         return self._flight.stop is not None or self._flight.tick >= self.scenario.ticks
+
+    @property
+    def stop(self) -> RunStopped | None:
+        """What a component stopped the run with."""
+        return self._flight.stop
 
     @property
     def stopped(self) -> str:

@@ -8,7 +8,7 @@ from flight_graph.viewers.messages import in_memory
 from flight_graph.viewers.rerun_stream import RerunStream
 from flight_graph.viewers.source import Source
 
-PERIOD_S = 0.05  # [s] between two looks at the source
+PERIOD_S = 0.1  # [s] between two looks at the source
 
 
 def show(source: Source, stream: RerunStream, factor: float, stop: threading.Event, progress=None) -> None:

@@ -193,8 +193,13 @@ def _view(rrb, plot):
                               plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop))
 
 
+def has_display() -> bool:
+    """Whether a window can be shown here."""
+    return not sys.platform.startswith("linux") or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
 def refuse_without_display(command: str) -> None:
     """Refuse a window where none can be shown. Raises FlightError."""
-    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+    if not has_display():
         raise FlightError(f"{command}: there is no display here (neither DISPLAY nor WAYLAND_DISPLAY is set); --web shows "
                           "it in a browser, also on another machine; --save FILE.rrd keeps it for later")
