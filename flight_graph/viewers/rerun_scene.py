@@ -21,13 +21,16 @@ def joined(parts: list[str]) -> str:
     return "/".join(map(escape_entity_path_part, parts))
 
 
-def log_shapes(rerun, recording, scene: Scene) -> None:
-    """Everything of a scene that stands still in its frame."""
+def log_shapes(rerun, recording, scene: Scene, at_start) -> None:
+    """Everything of a scene that stands still in its frame, and joints at zero. at_start: the time columns of the start."""
     recording.log([ROOT], rerun.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     for frame in scene.frames:
-        if frame.pose is not None:
+        if frame.is_fixed:
             recording.log(path_of(scene, frame.name), rerun.Transform3D(
-                translation=frame.pose.position, quaternion=frame.pose.orientation), static=frame.joint is None)
+                translation=frame.pose.position, quaternion=frame.pose.orientation), static=True)
+        elif frame.pose is not None:
+            recording.send_columns(joined(path_of(scene, frame.name)), at_start, rerun.Transform3D.columns(
+                translation=[frame.pose.position], quaternion=[frame.pose.orientation]))
     for shape in scene.shapes:
         entity = [*path_of(scene, shape.frame), shape.name]
         recording.log(entity, rerun.Transform3D(
@@ -89,8 +92,13 @@ class MovingScene:
     def add(self, bag) -> None:
         """Everything that a bag says of motion. Raises BagError where it says nothing."""
         found = motion.tracks(self.scene, bag)
-        moving = {name: track for name, track in found.items() if len(track.stamps_ns) > 1 or track.stamps_ns[0]}
-        self._tracks |= {name: track for name, track in found.items() if name in moving or name not in self._tracks}
+        said = {name: track for name, track in found.items() if len(track.stamps_ns) > 1 or track.stamps_ns[0]}
+        self._tracks |= {name: track for name, track in found.items() if name in said or name not in self._tracks}
+        still = {name for name, track in said.items() if self.scene.tree[name].is_fixed and len(track.stamps_ns) == 1}
+        for name in still:
+            self._recording.log(path_of(self.scene, name), self._rerun.Transform3D(
+                translation=said[name].position[0], quaternion=said[name].orientation[0]), static=True)
+        moving = {name: track for name, track in said.items() if name not in still}
         for name, track in moving.items():
             rows = self._thinned(track.stamps_ns)
             self._recording.send_columns(

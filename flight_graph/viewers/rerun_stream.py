@@ -71,7 +71,7 @@ class RerunStream:
     def begin(self, series: list[Series], target=(0.0, 0.0, 0.0)) -> None:
         """Send the blueprint, and what stands still. series: what will be plotted; target: see `blueprint`."""
         if self.scene is not None:
-            rerun_scene.log_shapes(self._rerun, self._recording, self.scene)
+            rerun_scene.log_shapes(self._rerun, self._recording, self.scene, self._time([self._begin_ns]))
         self._recording.send_blueprint(blueprint(
             self._rerun, Vehicle.of(self.name, self.scene, series), target))
 
