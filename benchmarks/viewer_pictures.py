@@ -41,8 +41,8 @@ class Browser:
         if found is None:
             raise SystemExit("the pictures need a browser: apt-get install chromium brings one")
         self._process = subprocess.Popen(
-            [found, "--headless=new", "--no-sandbox", "--no-first-run", "--remote-debugging-port=0", "--use-angle=swiftshader",
-             "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", "--remote-allow-origins=*",
+            [found, "--headless=new", "--no-sandbox", "--no-first-run", "--remote-debugging-port=0",
+             "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", "--remote-allow-origins=*",
              f"--user-data-dir={folder}", f"--window-size={SIZE[0]},{SIZE[1]}", "about:blank"],
             stderr=subprocess.PIPE, text=True)
         line = next(line for line in self._process.stderr if "DevTools listening on" in line)
@@ -50,7 +50,8 @@ class Browser:
         port = line.split("127.0.0.1:")[1].split("/")[0]
         pages = []
         while not pages:
-            pages = [one for one in json.load(urllib.request.urlopen(f"http://127.0.0.1:{port}/json")) if one["type"] == "page"]
+            known = json.load(urllib.request.urlopen(f"http://127.0.0.1:{port}/json"))
+            pages = [one for one in known if one["type"] == "page"]
         self._socket = connect(pages[0]["webSocketDebuggerUrl"], max_size=None).__enter__()
         self._number = 0
         self.ask("Emulation.setDeviceMetricsOverride", width=SIZE[0], height=SIZE[1], deviceScaleFactor=1, mobile=False)

@@ -165,7 +165,8 @@ def _ros(scenario, folder, pace, factor, progress, compiling, check_bounds, tell
     if live is not None:
         from flight_graph.ros.listening import shown
         around = partial(shown, scenario, live)
-    result = launcher.run(scenario, folder, pace, factor, progress, compiling, check_bounds, tell, begin, controlled, around)
+    result = launcher.run(
+        scenario, folder, pace, factor, progress, compiling, check_bounds, tell, begin, controlled, around)
     found = {} if result.was_ended else metrics.compute(scenario, BagSignals(read_bag(result.bag), scenario))
     return Outcome(result.bag, "ros", pace_text(pace, factor), result.wall_s, 0.0, found, result.statistics,
                    int(result.outcome.get("lost", 0)), result.domain, result.notes, result.earlier, result.was_ended)

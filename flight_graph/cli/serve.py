@@ -58,7 +58,7 @@ def serve(
     print(f"ws://{host}:{stream.port}", flush=True)
     try:
         if wait and not ros:
-            status("waiting for a viewer: in Foxglove or Lichtblick, open a connection, Foxglove WebSocket, to this address")
+            status("waiting for a viewer: in Foxglove or Lichtblick, open a Foxglove WebSocket at this address")
             stream.wait_for_viewer(stop)
         stream.run(stop, once, loop)
     finally:

@@ -1,5 +1,6 @@
 """Runs a scenario as ROS 2 nodes: starts them, watches them, ends them, and leaves the bag."""
 
+import contextlib
 import importlib.util
 import json
 import tempfile

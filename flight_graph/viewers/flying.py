@@ -1,4 +1,4 @@
-"""A run that flies while it is watched: its messages moment by moment, parameters that may be set, faults that may be injected.
+"""A run that flies while it is watched: its messages moment by moment, parameters to set, faults to inject.
 
 What was set and injected goes into its bag as a node's recorder writes it, so that the bag can be run again from itself.
 """
@@ -193,12 +193,13 @@ def _joined(parts: list[Track]) -> Track:
         return parts[0]
     first = parts[0]
     records = np.frombuffer(b"".join(part.records.tobytes() for part in parts), first.records.dtype)
-    return Track(first.topic, first.signal, first.node, first.port, np.concatenate([one.stamps_ns for one in parts]), records)
+    stamps = np.concatenate([part.stamps_ns for part in parts])
+    return Track(first.topic, first.signal, first.node, first.port, stamps, records)
 
 
 def _memory(run: CompiledRun, flight) -> Checkpoint:
-    """The memory of a flight for a run with other faults: what both have goes on; an input that is on its way through faults
-    for the first time is as its reader has seen it."""
+    """The memory of a flight for a run with other faults: what both have goes on; an input that is on its way through
+    faults for the first time is as its reader has seen it."""
     fresh = run.start(0)
     arrays = {name: array for name, array in fresh.arrays.items() if is_kept(name)}
     for name, array in arrays.items():

@@ -26,7 +26,7 @@ SETTLED_S = 0.3  # [s] after the last subscription the viewer has made them all
 
 
 class FoxgloveStream:
-    """Serves a source until it is stopped. tell(sentence): for a person. Raises FlightError where the port cannot be had."""
+    """Serves a source until it is stopped. tell(sentence): for a person. Raises FlightError where a port cannot be had."""
 
     def __init__(self, source, host: str, port: int, speed: float = 1.0, tell=None):
         self._sdk = required("foxglove", "foxglove", "flight serve")

@@ -1,7 +1,7 @@
 """Numbers under their names: what a topic of named numbers (a JointState's lists) holds, one quantity after the other.
 
 Viewers of ROS messages count such numbers (``position[6]``). Here each quantity has a name of its own, and a typed message
-of its own: ``/cubli/funnel/attitude_xi`` carries ``float64[3] value``; ``/cubli/wheel_command/effort`` has one field a wheel.
+of its own: ``/cubli/funnel/attitude_xi`` carries ``float64[3] value``, ``/cubli/wheel_command/effort`` a field a wheel.
 """
 
 import re
@@ -56,8 +56,8 @@ class Quantity:
     def definition(self) -> str:
         """The text of its message type, as ROS 2 writes it, with what it needs."""
         kind = "float64" if self.labels or len(self.indices) == 1 else f"float64[{len(self.indices)}]"
-        said = [f"# {self.name} of {self.topic}" + (f" [{self.unit}]" if self.unit else ""), "builtin_interfaces/Time stamp",
-                *(f"{kind} {field}" for field in self.fields)]
+        said = [f"# {self.name} of {self.topic}" + (f" [{self.unit}]" if self.unit else ""),
+                "builtin_interfaces/Time stamp", *(f"{kind} {field}" for field in self.fields)]
         return "\n".join(said) + "\n" + _STAMP
 
     @property

@@ -25,7 +25,8 @@ class RerunPage:
         _refuse_taken(host, port)
         self._host, self._port, self._data_port = host, port, _free_port(host)
         self._process = subprocess.Popen(
-            [str(programs[0]), "--serve-web", "--bind", host, "--port", str(self._data_port), "--web-viewer-port", str(port)],
+            [str(programs[0]), "--serve-web", "--bind", host, "--port", str(self._data_port),
+             "--web-viewer-port", str(port)],
             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, process_group=0)
         self._wait()
 

@@ -65,13 +65,15 @@ class RerunStream:
         try:
             self._recording.spawn()
         except (RuntimeError, OSError) as error:
-            raise FlightError(f"{self._command}: the viewer does not start ({error}); --web shows it in a browser") from None
+            raise FlightError(f"{self._command}: the viewer does not start ({error}); "
+                              "--web shows it in a browser") from None
 
     # -- what is in it ---------------------------------------------------------------------------------------------
     def begin(self, series: list[Series], target=(0.0, 0.0, 0.0)) -> None:
         """Send the blueprint, and what stands still. series: what will be plotted; target: see `blueprint`."""
         if self.scene is not None:
-            rerun_scene.log_shapes(self._rerun, self._recording, self.scene, self._time([self._begin_ns]))
+            at_start = self._time([self._begin_ns])
+            rerun_scene.log_shapes(self._rerun, self._recording, self.scene, at_start)
         self._recording.send_blueprint(blueprint(
             self._rerun, Vehicle.of(self.name, self.scene, series), target))
 

@@ -21,8 +21,9 @@ def rviz_layout(vehicle: Vehicle) -> str:
          "Topic": {**_LATCHED, "Value": "/scene"}},
         {"Class": "rviz_default_plugins/TF", "Name": "frames", "Enabled": True, "Value": True, "Show Axes": True,
          "Show Names": True, "Show Arrows": False, "Marker Scale": extent / 4, "Frame Timeout": 15}]
-    view = {"Class": "rviz_default_plugins/Orbit", "Name": "Current View", "Distance": 2.2 * extent, "Pitch": 0.5, "Yaw": 0.8,
-            "Focal Point": {"X": 0, "Y": 0, "Z": 0}, "Target Frame": vehicle.still_frame, "Near Clip Distance": extent / 1000}
+    view = {"Class": "rviz_default_plugins/Orbit", "Name": "Current View", "Distance": 2.2 * extent, "Pitch": 0.5,
+            "Yaw": 0.8, "Focal Point": {"X": 0, "Y": 0, "Z": 0}, "Target Frame": vehicle.still_frame,
+            "Near Clip Distance": extent / 1000}
     return yaml.safe_dump({
         "Panels": [{"Class": "rviz_common/Displays", "Name": "Displays"}, {"Class": "rviz_common/Views", "Name": "Views"},
                    {"Class": "rviz_common/Time", "Name": "Time"}],

@@ -22,7 +22,7 @@ _ANGLES = {"position": "rad", "velocity": "rad/s", "effort": "N m"}  # of joints
 
 @dataclass(frozen=True)
 class Line:
-    """One number. path: in the message, as viewers write it; label: what a person calls it; curve: as PlotJuggler has it."""
+    """One number. path: in the message, as viewers write it; label: for a person; curve: as PlotJuggler names it."""
 
     path: str
     label: str

@@ -67,9 +67,9 @@ def test_bags_that_are_damaged_or_foreign(run, tmp_path):
     file.write_bytes(data)
     status, _, said = run("view", tmp_path / "bag", "--save", tmp_path / "x.rrd")
     assert status == 2 and "is damaged" in said and not (tmp_path / "x.rrd").exists()
-    from msg_schemas.qos import Qos
     from flight_graph.bags.writer import BagWriter
     from msg_schemas.definitions import TYPESTORE
+    from msg_schemas.qos import Qos
     types = TYPESTORE.types
     writer = BagWriter(tmp_path / "foreign")
     topic = writer.add_topic("/level", "std_msgs/msg/Float64", Qos(10))
