@@ -40,3 +40,5 @@ def demo(
     _, _, signals = open_run(outcome.bag, trust=True)  # what has just run
     figure = draw_overview(loaded, signals, Path(f"{outcome.bag}.png"))
     print(f"bag:    {outcome.bag}\nfigure: {figure}")
+    missing = "" if importlib.util.find_spec("rerun") else " (its viewer is installed by: make viewers)"
+    status(f"to see it move: flight view {outcome.bag}{missing}")
