@@ -127,6 +127,15 @@ class Component:
         return record
 
     @classmethod
+    def scene(cls, values: dict):
+        """What is to be seen of these resolved parameters: a `flight_graph.scenes.scene.Scene`, or None.
+
+        Declared by whatever knows where the vehicle is, a plant as a rule. Plain numbers that come out the same on every
+        machine: its model and its fixed frames are recorded.
+        """
+        return None
+
+    @classmethod
     def warnings(cls, values: dict, period_s: float) -> list[str]:
         """Sentences about parameters that are allowed, but with which trouble must be expected; with the numbers.
 
