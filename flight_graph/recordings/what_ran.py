@@ -50,7 +50,7 @@ def what_ran(scenario: Scenario) -> WhatRan:
     mine = _values(scenario)
     for number in range(min(plain.vary.count, MOST_CASES)):
         values = {key: value for key, value in plain.vary.overrides(number).items() if value is not None}
-        if values and all(_same(mine.get(key), value) for key, value in values.items()):
+        if values and all(same(mine.get(key), value) for key, value in values.items()):
             rest = {key: value for key, value in differing.items() if key not in values}
             return WhatRan(rest, number, plain.vary.name(number) or "", True)
     return WhatRan(differing, known=True)
@@ -77,7 +77,7 @@ def _values(scenario) -> dict:
 def _differences(scenario, plain) -> dict:
     """What has another value, without what follows from it: other parameters of the component, and those of others."""
     values, before = _values(scenario), _values(plain)
-    found = {key: value for key, value in values.items() if not _same(before.get(key), value)}
+    found = {key: value for key, value in values.items() if not same(before.get(key), value)}
     replaced = {key.partition(".")[0] for key in found if key.endswith(".use")}
     return {key: value for key, value in found.items() if not (
         (key.partition(".")[0] in replaced and not key.endswith(".use")) or _follows(scenario, plain, key, before))}
@@ -93,25 +93,27 @@ def _follows(scenario, plain, key, before) -> bool:
         return True
     other = {**node.values, parameter: before[key]}
     try:
-        return _same(declared.resolved(node.component, other, key, None)[parameter], node.values[parameter])
+        return same(declared.resolved(node.component, other, key, None)[parameter], node.values[parameter])
     except FlightError:
         return False
 
 
-def _same(a, b) -> bool:
+def same(a, b) -> bool:
     """Whether two settings are equal; a number stands for a list of it."""
+    if isinstance(a, dict) and isinstance(b, dict):
+        return a.keys() == b.keys() and all(same(value, b[key]) for key, value in a.items())
     lists = [isinstance(value, (list, tuple)) for value in (a, b)]
     if all(lists):
-        return len(a) == len(b) and all(map(_same, a, b))
+        return len(a) == len(b) and all(map(same, a, b))
     if any(lists):
         many, one = (a, b) if lists[0] else (b, a)
-        return bool(many) and all(_same(entry, one) for entry in many)
+        return bool(many) and all(same(entry, one) for entry in many)
     return a == b
 
 
 def _word(value) -> str:
     if isinstance(value, (list, tuple)):
-        if len(value) > 1 and all(_same(entry, value[0]) for entry in value):
+        if len(value) > 1 and all(same(entry, value[0]) for entry in value):
             return _word(value[0])
         return "[" + ", ".join(_word(entry) for entry in value) + "]"
     return f"{value:.6g}" if isinstance(value, float) else str(value)

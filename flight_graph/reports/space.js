@@ -31,7 +31,7 @@ const openSpace = async place => {
   };
   const traces = [
     ...meshes.map(mesh => ({type: 'mesh3d', name: mesh.name, ...corners(mesh, 0), i: mesh.i, j: mesh.j, k: mesh.k,
-      facecolor: mesh.colours, opacity: mesh.opacity, flatshading: true, hoverinfo: 'name', showlegend: false,
+      ...(mesh.colour ? {color: mesh.colour} : {facecolor: mesh.colours}), opacity: mesh.opacity, flatshading: true, hoverinfo: 'name', showlegend: false,
       lighting: {ambient: 0.6, diffuse: 0.7, specular: 0.1}})),
     ...arrows.map(arrow => ({type: 'scatter3d', mode: 'lines+markers', name: arrow.name, ...ends(arrow, 0),
       line: {color: arrow.colour, width: 7}, marker: {size: [0, 4], color: arrow.colour}, hoverinfo: 'name'})),
