@@ -2,8 +2,9 @@
 
 Frames. ``cubli_base``: body frame, origin at the cube's centre, axes along the wheel axes. ``cubli_balance``: the paper's
 inertial frame, equal to the body frame when the rover balances on its corner (up is [1, 1, 1] / sqrt(3) there on level
-ground), its origin at the corner. ``imu_link``: the inertial unit, in the body frame's place. ``site``: local east, north,
-up (REP 103), origin at the corner.
+ground), its origin at the corner. ``imu_link``: the inertial unit, in the body frame's place (REP 145). ``cubli_wheel_x`` and
+so on: the wheels, in the body's axes when they have not turned. ``site``: local east, north, up (REP 103), origin at the
+corner; it is where ``map`` is.
 """
 
 from msg_schemas import modes
@@ -15,6 +16,7 @@ BALANCE = "cubli_balance"
 SITE = "site"
 IMU_LINK = "imu_link"
 WHEELS = ["wheel_x", "wheel_y", "wheel_z"]
+WHEEL_LINKS = [f"cubli_{wheel}" for wheel in WHEELS]
 
 TRUTH = named_vector("cubli/truth", BASE, {
     "angles": Quantity(3, "rad", "Cardan 1-2-3 angles, eq. (1)"),

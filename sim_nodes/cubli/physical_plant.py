@@ -42,6 +42,7 @@ from sim_nodes.cubli.contact_events import (
 )
 from sim_nodes.cubli.plant import FRAMES, SITE_FROM_BALANCE, RoverParameters, WheelDrive
 from sim_nodes.cubli.reaction_wheels import wheel_torque
+from sim_nodes.cubli.scene import scene
 from sim_nodes.gravity.parameters import SiteParameters, resolve_site
 from sim_nodes.sensors.inertial import UNKNOWN
 
@@ -163,6 +164,10 @@ class CubliPhysicalPlant(Component):
     start, output, update = start, output, update
     formatted = FRAMES
     resolve = staticmethod(resolve_site)
+
+    @classmethod
+    def scene(cls, values):
+        return scene(values, SITE_FROM_BALANCE)
 
     @classmethod
     def check(cls, values, where):

@@ -15,6 +15,7 @@ from msg_schemas import cubli
 from msg_schemas.qos import Role
 from sim_nodes.cubli import dynamics
 from sim_nodes.cubli.reaction_wheels import spun, wheel_torque
+from sim_nodes.cubli.scene import scene
 from sim_nodes.sensors.inertial import UNKNOWN
 from sim_nodes.transforms import NOWHERE, TYPE, UNTURNED, transforms
 
@@ -123,6 +124,10 @@ class CubliPlant(Component):
     rate_hz = 100.0
     start, output, update = start, output, update
     formatted = FRAMES
+
+    @classmethod
+    def scene(cls, values):
+        return scene(values, SITE_FROM_BALANCE)
 
     @classmethod
     def check(cls, values, where):

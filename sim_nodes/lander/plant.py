@@ -10,6 +10,7 @@ from types import SimpleNamespace
 from flight_graph.components.component import Component, Formatted
 from flight_graph.components.records import field
 from flight_graph.errors import FlightError
+from flight_graph.scenes.scene import Sphere
 from flight_graph.timebase import SECOND
 from flight_math import Mat3, Quaternion, Vec3, atan2, kernel, largest, norm, transpose, uncompiled, vector_part
 from lander_ros.feed_forward import site_in_landing_frame
@@ -22,6 +23,7 @@ from sim_nodes.gravity.ellipsoid import EROS_LIKE_SPIN, checked_ellipsoid_site, 
 from sim_nodes.lander import start as starts
 from sim_nodes.lander.descent import watched
 from sim_nodes.lander.dynamics import ELLIPSOID, Motion, attitude_matrix, motor, site_spin, touched_down
+from sim_nodes.lander.scene import scene
 from sim_nodes.lander.site import SiteState, prepare_site, site_orientation
 from sim_nodes.lander.thruster_failures import ThrusterFailures, Watchdog, watched_command
 from sim_nodes.lander.thrusters import apply_thrusters
@@ -255,6 +257,21 @@ class LanderPlant(Component):
         except FlightError as error:
             raise FlightError(f"{where}.site_height: {error}") from None
         return position, rotation, uncompiled(ellipsoid_gravity)(p, position)
+
+    @classmethod
+    def surface(cls, values):
+        """The body as it looks, and the function that gives the distance [m] of its surface along a unit vector (3,)."""
+        a, b, c = values["semi_axes"]
+
+        def radius(d):
+            x, y, z = d[0] / a, d[1] / b, d[2] / c
+            return 1.0 / math.sqrt(x * x + y * y + z * z)
+        return Sphere((a, b, c)), radius
+
+    @classmethod
+    def scene(cls, values):
+        place, rotation, _ = cls.site(values, "scene")
+        return scene(values, place, rotation, *cls.surface(values))
 
     @classmethod
     def check(cls, values, where):

@@ -32,6 +32,7 @@ from sim_nodes.spacerobot.dynamics import (
     write_state,
 )
 from sim_nodes.spacerobot.joint_hardware import friction_capacity, pass_on, rubbing_step
+from sim_nodes.spacerobot.scene import scene
 from sim_nodes.transforms import TYPE, transforms
 from spacerobot_ros.ages import Stamp, age
 from spacerobot_ros.dynamics import Inertia, add_inertia, body_inertia, composite_parameters
@@ -304,6 +305,10 @@ def plant(topics: spacerobot.Topics) -> type[Component]:
         @classmethod
         def resolve(cls, values, where, folder=None):
             return resolve_robot(values, where, folder)
+
+        @classmethod
+        def scene(cls, values):
+            return scene(values, topics)
 
         @classmethod
         def check(cls, values, where):
