@@ -6,7 +6,8 @@ from pathlib import Path
 
 from flight_graph.engines.choice import check_engine, pace_text, parse_pace
 from flight_graph.errors import FlightError, RunStopped
-from flight_graph.graphs import metrics
+from flight_graph.graphs import glossary, metrics
+from flight_graph.graphs.alarms import alarms
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.text_files import short
 
@@ -27,6 +28,7 @@ class Outcome:
     lost: int = 0
     domain: int | None = None
     notes: list = field(default_factory=list)  # what was done to processes
+    alarms: list = field(default_factory=list)  # sentences: what of the run makes wary
 
 
 def new_folder(wanted: Path | None, scenario: Scenario, engine: str) -> Path:
@@ -83,7 +85,9 @@ def execute(scenario: Scenario, engine: str = "compiled", pace: str = "lockstep"
         write_recording(stop.recording, folder, engine, begin=begin)
         raise
     write_recording(recording, folder, engine, begin=begin)
-    return Outcome(folder, engine, "none", recording.wall_s, recording.compile_s, metrics.compute(scenario, recording))
+    found = metrics.compute(scenario, recording)
+    return Outcome(folder, engine, "none", recording.wall_s, recording.compile_s, found,
+                   alarms=alarms(glossary.of(scenario), found, scenario, recording))
 
 
 def _prepare(parent: Path) -> None:
@@ -128,6 +132,7 @@ def _ros(scenario, folder, pace, factor, progress, compiling, check_bounds, tell
     from flight_graph.ros import launcher
     result = launcher.run(scenario, folder, pace, factor, progress, compiling, check_bounds, tell, begin)
     signals = BagSignals(read_bag(folder), scenario)
-    return Outcome(folder, "ros", pace_text(pace, factor), result.wall_s, 0.0,
-                   metrics.compute(scenario, signals), result.statistics, int(result.outcome.get("lost", 0)),
-                   result.domain, result.notes)
+    found = metrics.compute(scenario, signals)
+    return Outcome(folder, "ros", pace_text(pace, factor), result.wall_s, 0.0, found, result.statistics,
+                   int(result.outcome.get("lost", 0)), result.domain, result.notes,
+                   alarms(glossary.of(scenario), found, scenario, signals))

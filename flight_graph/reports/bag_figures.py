@@ -171,7 +171,7 @@ def _constant(quantity) -> str:
 
 def _figure(title, unit, shown, runs) -> Figure:
     """The lines of quantities over time, of one run or of several, with what happened in them."""
-    drawing, columns, sources, thinned = graph_objects.Figure(), {}, [], 0
+    traces, columns, sources, thinned = [], {}, [], 0
     several = len(runs) > 1
     for run, quantity in shown:
         place = next(place for place, one in enumerate(runs) if one is run)
@@ -189,11 +189,13 @@ def _figure(title, unit, shown, runs) -> Figure:
             column = f"{label} [{unit}]" if unit else label
             columns[column] = values[rows].astype(np.float32)
             sources.append((times, column))
-            drawing.add_scatter(x=[], y=[], name=safe(label), mode="lines" if len(columns[times]) > 1 else "markers",
-                                connectgaps=False, line={"color": colour, "width": 1.3, "dash": dash})
-    drawing.update_xaxes(title_text="t [s]")
-    drawing.update_yaxes(title_text=safe(f"[{unit}]" if unit else ""))
-    drawing.update_layout(showlegend=True, meta="time")
+            traces.append({"type": "scatter", "name": safe(label), "connectgaps": False,
+                           "mode": "lines" if len(columns[times]) > 1 else "markers",
+                           "line": {"color": colour, "width": 1.3, "dash": dash}})
+    drawing = graph_objects.Figure(traces)
+    drawing.update_layout(showlegend=True, meta="time", xaxis={"title": {"text": "t [s]"}},
+                          yaxis={"title": {"text": safe(f"[{unit}]" if unit else "")}}, margin={"r": 210},
+                          legend={"x": 1.01, "xanchor": "left", "entrywidth": 165})
     _draw_marks(drawing, runs)
     words = f"{thinned} messages; drawn are the extremes of each stretch." if thinned else ""
     return Figure(title, drawing, columns, words, HEIGHT, sources)
@@ -201,14 +203,15 @@ def _figure(title, unit, shown, runs) -> Figure:
 
 def _draw_marks(drawing, runs):
     """Triangles above the axis, and faint lines."""
-    drawn = [(run, mark) for run in runs for mark in run.marks][:MOST_DRAWN_MARKS]
-    for run, mark in drawn:
-        colour = MARK_COLOURS.get(mark.kind, GREY)
-        words = f"{safe(run.name)}<br>" if len(runs) > 1 else ""
-        drawing.add_vline(x=mark.t, line={"color": colour, "width": 1, "dash": "dot"}, opacity=0.5)
-        drawing.add_annotation(x=mark.t, y=1.0, yref="paper", yanchor="bottom", text="\u25be", showarrow=False,
-                               font={"color": colour, "size": 14},
-                               hovertext=f"{words}{mark.t:.6g} s, {safe(mark.kind)}: {safe(mark.text)}")
+    shapes, notes = [], []
+    for run, mark in [(run, mark) for run in runs for mark in run.marks][:MOST_DRAWN_MARKS]:
+        colour, name = MARK_COLOURS.get(mark.kind, GREY), f"{safe(run.name)}<br>" if len(runs) > 1 else ""
+        shapes.append({"type": "line", "x0": mark.t, "x1": mark.t, "y0": 0.0, "y1": 1.0, "yref": "paper", "opacity": 0.5,
+                       "line": {"color": colour, "width": 1, "dash": "dot"}})
+        notes.append({"x": mark.t, "y": 1.0, "yref": "paper", "yanchor": "bottom", "text": "\u25be", "showarrow": False,
+                      "font": {"color": colour, "size": 14},
+                      "hovertext": f"{name}{mark.t:.6g} s, {safe(mark.kind)}: {safe(mark.text)}"})
+    drawing.update_layout(shapes=shapes, annotations=notes)
 
 
 def not_drawn(runs) -> list:

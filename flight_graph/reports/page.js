@@ -13,11 +13,13 @@ const libraryReady = (async () => {
   packed.remove();
 })();
 
+const template = read('template');
 const drawn = new Map();  // element -> promise
 const draw = place => {
   if (!drawn.has(place)) drawn.set(place, libraryReady.then(() => {
     const number = place.id.slice(1), drawing = read('drawing' + number), data = read('data' + number);
     const columns = {};
+    drawing.layout.template = template;
     data.sources.forEach(([x, y], k) => {
       for (const name of [x, y]) columns[name] = columns[name] ?? unpacked(data.columns[name]);
       drawing.data[k].x = columns[x];

@@ -19,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 from plotly import graph_objects
+from plotly import io as pio
 from plotly.offline import get_plotlyjs
 
 from flight_graph.errors import FlightError
@@ -27,6 +28,7 @@ POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inli
 COLOURS = ("#0b6e99", "#c0392b", "#2e8b57", "#d68910", "#6c4a9e", "#5d6d7e")  # told apart by most eyes, in this order
 GREY = "#5d6d7e"
 HEIGHT = 380  # [px] of a figure
+TEMPLATE = "plotly_white"
 
 
 @dataclass
@@ -121,7 +123,7 @@ def rendered(title: str, subtitle: str, sections: list[Section]) -> str:
         body += [_part(part, numbers) for part in section.parts]
         body.append("</section>")
     texts = {"title": html.escape(title), "subtitle": html.escape(subtitle), "links": " ".join(links),
-             "body": "\n".join(body), "library": _library(), "policy": POLICY, "style": _own("page.css"),
+             "body": "\n".join(body), "library": _library(), "template": _template(), "policy": POLICY, "style": _own("page.css"),
              "script": _own("page.js") + (_own("space.js") if any(map(_has_view, sections)) else "")}
     return _PAGE.format(**texts)
 
@@ -134,6 +136,12 @@ def _has_view(holder) -> bool:
 def _library() -> str:
     """The drawing library, compressed."""
     return base64.b64encode(gzip.compress(get_plotlyjs().encode(), 9, mtime=0)).decode()
+
+
+@cache
+def _template() -> str:
+    """How drawings look, once for all of them."""
+    return _json(pio.templates[TEMPLATE].to_plotly_json())
 
 
 @cache
@@ -155,9 +163,11 @@ def _part(part, numbers) -> str:
 
 
 def _figure(part, number) -> str:
-    drawing = graph_objects.Figure(part.drawing)
-    drawing.update_layout(template="plotly_white", height=part.height, margin={"l": 70, "r": 20, "t": 20, "b": 55},
-                          colorway=COLOURS, font={"size": 12})
+    drawing = json.loads(part.drawing.to_json())
+    layout = drawing["layout"]
+    layout.pop("template", None)  # the page's own
+    layout.update({"height": part.height, "colorway": COLOURS, "font": {"size": 12}},
+                  margin={"l": 70, "r": 20, "t": 20, "b": 55, **layout.get("margin", {})})
     for name, values in part.columns.items() if not part.sources else ():
         if len(values) != len(next(iter(part.columns.values()))):
             raise ValueError(f"the columns of '{part.title}' are of several lengths: {name}")
@@ -168,7 +178,7 @@ def _figure(part, number) -> str:
             f'<div class="drawing" id="f{number}" style="height:{part.height}px"></div>{text}'
             f'<p class="data"><button data-of="{number}" data-as="csv">CSV</button> '
             f'<button data-of="{number}" data-as="json">JSON</button></p>'
-            f'<script type="application/json" id="drawing{number}">{_json(json.loads(drawing.to_json()))}</script>'
+            f'<script type="application/json" id="drawing{number}">{_json(drawing)}</script>'
             f'<script type="application/json" id="data{number}">{_json(data)}</script></figure>')
 
 
@@ -209,6 +219,7 @@ _PAGE = """<!DOCTYPE html>
 <body><h1>{title}</h1><p>{subtitle}</p><nav>{links}</nav>
 <noscript><p>The figures are drawn by a script in this file; tables and texts can be read without it.</p></noscript>
 {body}
+<script type="application/json" id="template">{template}</script>
 <script type="application/gzip" id="library">{library}</script>
 <script>{script}</script>
 </body></html>

@@ -11,7 +11,7 @@ from scipy.integrate import trapezoid
 
 from cubli_ros import jump_condition
 from cubli_ros.attitude import rotation_matrix
-from flight_graph.graphs.glossary import number, recorded
+from flight_graph.graphs.glossary import Alarm, number, recorded
 from flight_math import Vec3, plain, sincos
 from papers.appc import consistency, motion_metrics
 from papers.appc.consistency import filter_consistency
@@ -27,7 +27,8 @@ METRICS = (
     *(number(f"adaptive_{loop}_{axis}", "1", f"adaptive gain v_hat_{loop} of axis {axis} at the end", NO_FUNNEL)
       for loop in "au" for axis in "xyz"),
     number("rearmed", "1", "how often the funnels were opened anew", NO_FUNNEL),
-    number("samples_outside", "1", "samples of the law outside of a funnel", NO_FUNNEL),
+    number("samples_outside", "1", "samples of the law outside of a funnel", NO_FUNNEL, alarm=Alarm(
+        "the state left a funnel of the law, for {value} samples: what is proved within them says nothing of this run", 0.0)),
     number("settling_time_s", "s", "last time any |e_a| > 0.008 rad", "not settled within the run", headline=True),
     number("overshoot_percent", "%", "largest excursion of an axis beyond zero, over the largest initial |angle|",
            "it starts settled, within 0.008 rad"),
@@ -53,7 +54,9 @@ METRICS = (
     number("slip_time_s", "s", "time outside the friction cone"),
     number("slip_first_s", "s", "first time outside the friction cone", "it never slips"),
     number("lift_off_s", "s", "first time without contact", "it stays on the ground"),
-    number("end_s", "s", "when the run was decided", "it was not, it stayed up"),
+    number("end_s", "s", "when the run was decided", "it was not, it stayed up", alarm=Alarm(
+        "the run was decided at {value} s: metrics and figure are of the time until then (outcome: 1 landed after a flight, "
+        "2 fell, 3 jammed sliding)")),
     number("outcome", "1", "how it was decided: 0 not at all, 1 landed after a flight, 2 fell, 3 jammed sliding"),
     number("flight_time_s", "s", "time in the air"),
     number("sliding_time_s", "s", "time sliding"),
