@@ -9,7 +9,7 @@ import typer
 from flight_graph.cli.bag_report import report_bags
 from flight_graph.cli.report_tables import comparison_tables, overview_tables, sensitivity_tables, worst_tables
 from flight_graph.cli.scenarios import Json
-from flight_graph.cli.show import console, steps, working
+from flight_graph.cli.show import console, next_command, steps, working
 from flight_graph.cli.trust import Trust
 from flight_graph.cli.trust import asked as consent_of
 from flight_graph.errors import FlightError
@@ -83,6 +83,8 @@ def report(
               *(comparison_tables(compared) if compared else ())]
     for table in tables:
         console.print(table, **({"markup": False} if isinstance(table, str) else {}))
+    if not asked:
+        next_command("flight", "report", folder, "--html", f"{folder}.html")
 
 
 def is_campaign(path: Path) -> bool:

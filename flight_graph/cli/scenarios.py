@@ -8,9 +8,9 @@ from typing import Annotated
 
 import typer
 
-from flight_graph import yaml_text
+from flight_graph.cli.overview import show_all
 from flight_graph.cli.scenario_tables import show
-from flight_graph.cli.show import RunProgress, add, console, metrics_table, status, steps
+from flight_graph.cli.show import RunProgress, console, metrics_table, next_command, status, steps, warn_of
 from flight_graph.cli.topic_tables import show_topics
 from flight_graph.cli.trust import Trust, asked
 from flight_graph.errors import FlightError
@@ -41,12 +41,11 @@ def list_(
     scenario: Annotated[str | None, typer.Argument(help="A scenario to look into.")] = None,
     topics: Annotated[bool, typer.Option(
         "--topics", help="Its topics, and the place of every named number in them, as viewers count.")] = False,
+    components: Annotated[bool, typer.Option("--components", help="The components, in place of the scenarios.")] = False,
     trust: Trust = False,
     as_json: Json = False,
 ) -> None:
-    """List scenarios and components, or show one scenario's graph: rates, topics, connections, parameters."""
-    from flight_graph.components import registry
-    from flight_graph.graphs import scenario as scenarios
+    """List scenarios by vehicle and purpose, or components; or show one scenario: rates, topics, connections, parameters."""
     if scenario and topics:
         show_topics(scenario, asked(trust), as_json)
         return
@@ -55,17 +54,7 @@ def list_(
         return
     if topics:
         raise FlightError("flight list --topics: name a scenario")
-    titles = {name: yaml_text.read(path)["title"] for name, path in scenarios.available().items()}
-    components = {name: found.summary() for name, found in registry.components().items()}
-    if as_json:
-        print(json.dumps({"scenarios": titles, "components": components}))
-        return
-    from rich.table import Table
-    for title, rows in (("scenarios", titles), ("components", components)):
-        table = Table("name", "what it is", title=title, title_justify="left")
-        for name, text in rows.items():
-            add(table, name, text)
-        console.print(table)
+    show_all(components, as_json)
 
 
 def run(
@@ -129,7 +118,7 @@ def run(
             "ros_domain_id": outcome.domain, "begins": start.begin.metadata() if start else None,
             "metrics": outcome.metrics, "units": _units(loaded, outcome.metrics),
             "statistics": outcome.statistics, "watchdog": outcome.notes,
-            "warnings": loaded.warnings(), "differs_from_its_row": differing}))
+            "warnings": loaded.warnings(), "alarms": outcome.alarms, "differs_from_its_row": differing}))
         return
     if start:
         status(start.begin.sentence())
@@ -138,7 +127,9 @@ def run(
         status(note)
     if outcome.lost:
         status(f"{outcome.lost} messages were lost (realtime); the bag's metadata says which")
-    print(outcome.bag)
+    print(outcome.bag, flush=True)
+    warn_of(outcome.alarms)
+    next_command("flight", "report", outcome.bag)
 
 
 def _continued(begin, settings, seed, duration, consent, wanted, others):

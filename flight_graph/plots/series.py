@@ -105,7 +105,8 @@ class BagLines:
         if topic is None or not nearest:
             nearest = nearest or known[:NEAREST]
         what = f"did you mean {' or '.join(map(short, nearest))}?" if nearest else "it has no numbers"
-        return FlightError(f"{self.bag.path}: it has no field '{short(text)}'; {what} (flight plot {self.bag.path} --fields "
+        bag = "" if "." in text else ", and there is no bag of this name"
+        return FlightError(f"{self.bag.path}: it has no field '{short(text)}'{bag}; {what} (flight plot {self.bag.path} --fields "
                            "lists all)")
 
     def _read(self, topic):
