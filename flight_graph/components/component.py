@@ -17,7 +17,7 @@ An input that never arrived is zero, stamp included.
 
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import ClassVar
@@ -53,6 +53,7 @@ class Formatted:
 
     function(record) takes the output's record (fields by attribute) and returns the message as an object of the type store
     (msg_schemas.definitions.TYPESTORE). once: it is said at the start of a run alone; its role is LATCHED then.
+    of_scene: the function takes what the component's `scene` says of its parameters too: function(record, scene).
     """
 
     topic: str
@@ -61,6 +62,11 @@ class Formatted:
     function: Callable
     role: Role = Role.DIAGNOSTICS
     once: bool = False
+    of_scene: bool = False
+
+    def bound(self, scene: Callable) -> "Formatted":
+        """The message of a component whose ``scene()`` this is: its function takes the record alone."""
+        return replace(self, function=lambda record: self.function(record, scene())) if self.of_scene else self
 
 
 class Component:
@@ -83,6 +89,12 @@ class Component:
 
     def __init_subclass__(cls):
         declarations.check(cls)
+
+    @classmethod
+    def said(cls, values: dict) -> list[Formatted]:
+        """The formatted messages, bound to the scene of these resolved parameters; it is made when it is needed."""
+        scene = cache(lambda: declared.call(cls, "scene", values))
+        return [made.bound(scene) for made in cls.formatted]
 
     @classmethod
     def kernels(cls) -> list:

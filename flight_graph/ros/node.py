@@ -58,7 +58,7 @@ class ComponentNode(ManagedNode):
                    for port, signal in component.inputs.items()}
         self._watched = self._watch(group)
         self.formatted = [(made, RawPublisher(self, made.topic, made.type_name, made.role.qos))
-                          for made in component.formatted if is_installed(made.type_name)]
+                          for made in component.said(self.parameters.values) if is_installed(made.type_name)]
         self.output_periods = {port: self.settings.output_period_ns(component, port) for port in self.outputs}
         self.progress = Progress(self, self.settings)
         self.watches = {other: Watch(self, other, group) for other in self.settings.wait_for}

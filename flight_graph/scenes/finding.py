@@ -18,8 +18,8 @@ def scene_of(scenario: Scenario) -> Scene:
     """What the components of a scenario declare, as one scene. Raises FlightError where none declares any."""
     found = [scene for node in scenario.graph.nodes.values() if (scene := component_scene(node.component, node.values))]
     if not found:
-        raise FlightError(f"{scenario.origin}: none of its components declares a scene; a component does so by a classmethod "
-                          "scene(values)")
+        raise FlightError(f"{scenario.origin}: none of its components declares a scene; a component does so by a "
+                          "classmethod scene(values)")
     return reduce(Scene.joined, found)
 
 
@@ -43,6 +43,6 @@ def scene_of_bag(bag: Bag, trust=False) -> Scene:
             return scene_of(scenario)
     frames = frames_of(bag)
     if not frames:
-        raise BagError(f"bag '{bag.path}': there is nothing to see in it: it carries no scenario whose components declare a "
-                       "scene, and no transforms on /tf or /tf_static")
+        raise BagError(f"bag '{bag.path}': there is nothing to see in it: it carries no scenario whose components declare "
+                       "a scene, and no transforms on /tf or /tf_static")
     return Scene(bag.path.name, frames[0].name, tuple(frames))

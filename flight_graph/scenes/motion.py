@@ -1,8 +1,8 @@
 """Where the frames of a scene are over a bag, and what its arrows show: arrays over stamps, for any viewer.
 
-Poses come from ``/tf_static`` and ``/tf``; where those have nothing of a frame, from ``/joint_states`` (a frame with a joint)
-or from an odometry that names it; else a fixed frame stands where the scene puts it, a joint at zero. What cannot be known is
-left out.
+Poses come from ``/tf_static`` and ``/tf``; where those have nothing of a frame, from ``/joint_states`` (a frame with a
+joint) or from an odometry that names it; else a fixed frame stands where the scene puts it, a joint at zero. What cannot be
+known is left out.
 """
 
 from dataclasses import dataclass
@@ -106,6 +106,24 @@ def arrow_track(arrow: Arrow, bag: Bag) -> tuple[np.ndarray, np.ndarray] | None:
     if numbers.ndim != 2 or numbers.dtype.kind != "f" or numbers.shape[1] != len(arrow.directions):
         return None
     return bag.stamps_ns(topic), np.where(np.isfinite(numbers), numbers, 0.0) @ np.array(arrow.directions, float)
+
+
+def arrows_at(scene: Scene, bag: Bag, placed: dict[str, tuple], stamps_ns) -> dict[str, tuple]:
+    """Name of an arrow -> (tail (n, 3), tip (n, 3)) [m] in the axes of ``placed`` (as of `poses_at`), at its stamps (n,).
+
+    The newest numbers at each stamp are shown; before the first ones, and where the bag has none of them, nothing is.
+    """
+    found = {}
+    for arrow in scene.arrows:
+        track = arrow_track(arrow, bag)
+        if track is None or not len(track[0]) or not {arrow.frame, arrow.axes or arrow.frame} <= placed.keys():
+            continue
+        rows = np.searchsorted(track[0], stamps_ns, "right") - 1
+        vectors = np.where((rows >= 0)[:, None], track[1][np.maximum(rows, 0)], 0.0)
+        origin, turn = placed[arrow.frame]
+        tail = origin + rotations.rotate(turn, np.tile(arrow.origin, (len(rows), 1)))
+        found[arrow.name] = tail, tail + arrow.scale * rotations.rotate(placed[arrow.axes or arrow.frame][1], vectors)
+    return found
 
 
 def frames_of(bag: Bag) -> list[Frame]:

@@ -212,8 +212,10 @@ def _require_rooted(scene, frame):
     seen, name = [], frame.name
     while name != MAP:
         if name not in scene.tree:
-            raise FlightError(f"scene {scene.name}: the parent '{name}' of frame '{seen[-1]}' is no frame; the root is {MAP}")
+            raise FlightError(f"scene {scene.name}: the parent '{name}' of frame '{seen[-1]}' is no frame; "
+                              f"the root is {MAP}")
         if name in seen:
-            raise FlightError(f"scene {scene.name}: the frames {' -> '.join([*seen, name])} form a loop; all hang below {MAP}")
+            raise FlightError(f"scene {scene.name}: the frames {' -> '.join([*seen, name])} form a loop; "
+                              f"all hang below {MAP}")
         seen.append(name)
         name = scene.tree[name].parent

@@ -44,14 +44,15 @@ def within(outer: Pose, inner: Pose) -> Pose:
 
 
 def equivalent_box(mass: float, center_of_mass, inertia) -> tuple[Box, Pose]:
-    """The homogeneous box along the frame's axes with this mass [kg] and the diagonal of the inertia (3, 3) about its centre
-    [kg m^2], and where it stands."""
+    """The homogeneous box along the frame's axes with this mass [kg] and the diagonal of the inertia (3, 3) about its
+    centre [kg m^2], and where it stands."""
     moments = [float(inertia[i][i]) for i in range(3)]
     squares = [6.0 * (sum(moments) - 2.0 * moment) / mass for moment in moments]
-    return Box(tuple(max(SMALLEST, math.sqrt(max(0.0, square))) for square in squares)), Pose(tuple(map(float, center_of_mass)))
+    size = tuple(max(SMALLEST, math.sqrt(max(0.0, square))) for square in squares)
+    return Box(size), Pose(tuple(map(float, center_of_mass)))
 
 
-def disc(height: Callable, radius: float, rings: int = 8, sectors: int = 24, least: float = 0.0) -> Mesh:
+def disc(height: Callable, radius: float, rings: int = 8, sectors: int = 20, least: float = 0.0) -> Mesh:
     """A round patch of the surface z = height(x, y) [m] about the origin, with ever wider rings; seen from above.
 
     least: radius [m] of the innermost ring; 0: as the others lie.

@@ -1,8 +1,8 @@
 """What the Cubli rover looks like: a cube on its corner with three reaction wheels, on the ground of its site.
 
 The model's numbers are the dynamics': the whole has the mass m and the inertia m l^2 / 6 about the cube's centre (a solid
-cube's, wheels locked), each wheel the inertia J_w about its axis. What the dynamics do not need is chosen so that these come
-out: a wheel is a thin ring of radius 0.4 l, which gives its mass, and the cube makes up for where the wheels are.
+cube's, wheels locked), each wheel the inertia J_w about its axis. What the dynamics do not need is chosen so that these
+come out: a wheel is a thin ring of radius 0.4 l, which gives its mass, and the cube makes up for where the wheels are.
 """
 
 import math

@@ -93,8 +93,8 @@ class MeshBody:
             hit = (((weights >= -1e-9 * size).all(axis=0) | (weights <= 1e-9 * size).all(axis=0))
                    & (distance > 0.0) & np.isfinite(distance))
         if not hit.any():
-            raise FlightError(f"{self.name}: there is no surface {where}: the ray from the origin meets no face; the origin "
-                              "must lie inside the body")
+            raise FlightError(f"{self.name}: there is no surface {where}: the ray from the origin meets no face; "
+                              "the origin must lie inside the body")
         face = np.flatnonzero(hit)[np.argmax(distance[hit])]
         return distance[face], normal[face]
 

@@ -23,7 +23,7 @@ from sim_nodes.gravity.ellipsoid import site_frame
 from sim_nodes.gravity.polyhedron import Polyhedron, evaluate, faces_gravity
 from sim_nodes.gravity.superellipsoid import Superellipsoid, exponent_for_volume
 from sim_nodes.lander.dynamics import dynamics
-from sim_nodes.lander.plant import LanderPlant, LanderPlantParameters, LanderPlantState, moving
+from sim_nodes.lander.plant import LanderPlant, LanderPlantParameters, LanderPlantState, motion_kernels
 from sim_nodes.lander.site import GravityModel, GravityModelParameters, SiteState, gravity_model
 
 SURFACE_FREQUENCY, SURFACE_FACES = 4, 320  # of the body as it looks
@@ -156,7 +156,7 @@ class PolyhedralPlant(LanderPlant):
     """The lander near a rotating polyhedron, a superellipsoid's or a user's mesh: body, thrusters, contact trigger."""
 
     parameters, state = polyhedral_parameters(LanderPlantParameters), polyhedral_state(LanderPlantState)
-    start, update = moving(prepare_site, POLYHEDRON)
+    start, update = motion_kernels(prepare_site, POLYHEDRON)
 
     @classmethod
     def resolve(cls, values, where, folder=None):

@@ -1,4 +1,4 @@
-"""What the lander looks like: the box of its inertia with a camera, over the small body, its ground and the keep-out funnel.
+"""What the lander looks like: the box of its inertia with a camera, over a small body with its ground, and the funnel.
 
 ``map`` is at the goal: x east, y north, z along the site's normal; the small body hangs below it.
 """
@@ -20,7 +20,8 @@ CRAFT, LENS, METAL = (0.85, 0.8, 0.55, 1.0), (0.2, 0.22, 0.26, 1.0), (0.55, 0.57
 STONE, GROUND = (0.38, 0.36, 0.34, 1.0), (0.45, 0.42, 0.38, 1.0)
 VIEW, FUNNEL = (0.25, 0.6, 0.95, 0.18), (0.95, 0.45, 0.15, 0.22)
 THRUST, TORQUE = (0.95, 0.35, 0.1, 1.0), (0.55, 0.25, 0.75, 1.0)
-REFINED = 25  # steps towards the ground's height at a place; each is several times nearer
+HORIZON = 0.4  # [-] of the distance to the centre: how far the ground is drawn
+REFINED, NEAR = 25, 1e-5  # steps towards the ground at a place, and how far [m] from it is near enough
 
 
 def scene(values: dict, place: Vec3, rotation: Mat3, surface: Geometry, radius: Callable) -> Scene:
@@ -38,7 +39,7 @@ def scene(values: dict, place: Vec3, rotation: Mat3, surface: Geometry, radius: 
     camera = Frame(lander.CAMERA, lander.BASE, Pose((0.0, 0.0, -0.5 * box.size[2]), turned(0, math.pi)))
     frames = (Frame(lander.ASTEROID, MAP, opposite(goal)), Frame(lander.SITE, lander.ASTEROID, goal),
               Frame(lander.BASE, lander.SITE, None), Frame(lander.INERTIAL, lander.SITE, None), camera)
-    length = 0.1 * far
+    length, patch = 0.1 * far, min(far, HORIZON * float(norm(place)))
     sine, cosine = uncompiled(sincos)(min(p.view_half_angle, 1.3))
     shapes = (
         Shape("craft", lander.BASE, box, pose, CRAFT),
@@ -47,7 +48,7 @@ def scene(values: dict, place: Vec3, rotation: Mat3, surface: Geometry, radius: 
         Shape("view", lander.CAMERA, Cone(length * float(sine / cosine), length), Pose(), VIEW, "view"),
         Shape("keep_out_funnel", lander.SITE, disc(lambda x, y: float(uncompiled(funnel_height)(p, x, y)) - p.funnel_z_0,
                                                    far, 6), Pose(), FUNNEL, "funnel"),
-        Shape("ground", lander.SITE, disc(_ground(p.site_height, place, turn, radius), far, 4), Pose(), GROUND, "terrain"),
+        Shape("ground", lander.SITE, disc(_ground(p.site_height, place, turn, radius), patch, 4), Pose(), GROUND, "terrain"),
         Shape("asteroid", lander.ASTEROID, surface, Pose(), STONE, "terrain"),
     )
     arrows = (_arrow("thrust", "force", "N", 4.0 * size / p.force_limit, THRUST),
@@ -61,8 +62,8 @@ def _numbers(value) -> tuple:
 
 
 def _arrow(name, quantity, unit, scale, colour):
-    return Arrow(name, lander.TRUTH.topic, "position", lander.BASE, unit, scale, tuple(f"{quantity}[{i}]" for i in range(3)),
-                 colour=colour)
+    numbers = tuple(f"{quantity}[{i}]" for i in range(3))
+    return Arrow(name, lander.TRUTH.topic, "position", lander.BASE, unit, scale, numbers, colour=colour)
 
 
 def _start_distance(p) -> float:
@@ -88,5 +89,7 @@ def _ground(height, place, turn, radius):
             distance = norm(point)
             missing = radius(np.array((point / distance).parts(), float)) - float(distance)
             z += missing * max(0.2, float(dot(point, across) / distance))
+            if abs(missing) < NEAR:
+                break
         return z
     return at

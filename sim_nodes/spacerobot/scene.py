@@ -1,8 +1,10 @@
 """What the space robot looks like: each body as the homogeneous box of its inertia, joints as drums about their axes.
 
-Tree, masses, inertias, axes and limits are the plant's parameters (before a payload is taken). The wheels have no inertia in
-the model: their momentum is an arrow.
+Tree, masses, inertias, axes and limits are the plant's parameters (before a payload is taken). The wheels have no inertia
+in the model: their momentum is an arrow.
 """
+
+import math
 
 import numpy as np
 
@@ -28,9 +30,10 @@ def scene(values: dict, topics: spacerobot.Topics) -> Scene:
                        (0.55, 0.25, 0.75, 1.0))]
     for i, (joint, parent) in enumerate(zip(joints, values["parent"])):
         axis = tuple(map(float, values["axis"][i]))
-        frames.append(Frame(names[i + 1], names[parent], pose_of(values["offset"][i], np.reshape(
-            values["fixed_rotation"][i], (3, 3))), Joint(joint, axis, _limit(values["lower"][i]), _limit(values["upper"][i]),
-                                                         _limit(values["joint_torque_limit"][i]))))
+        turns = Joint(joint, axis, _limit(values["lower"][i]), _limit(values["upper"][i]),
+                      _limit(values["joint_torque_limit"][i]))
+        pose = pose_of(values["offset"][i], np.reshape(values["fixed_rotation"][i], (3, 3)))
+        frames.append(Frame(names[i + 1], names[parent], pose, turns))
         shapes.append(_drum(names[i + 1], axis))
         arrows.append(Arrow(f"torque of {joint}", topics.truth.topic, "position", names[i + 1], "N m", TORQUE_SCALE,
                             (f"joint_torque[{i}]",), (axis,), colour=(0.95, 0.6, 0.1, 1.0)))
@@ -72,6 +75,6 @@ def _drum(frame, axis):
     if cosine < -0.999999:
         quaternion = (1.0, 0.0, 0.0, 0.0)
     else:
-        half = (2.0 * (1.0 + cosine)) ** 0.5
+        half = math.sqrt(2.0 * (1.0 + cosine))
         quaternion = (*(float(part / half) for part in turn.parts()), 0.5 * half)
     return Shape(f"{frame}_joint", frame, Cylinder(0.05, 0.12), Pose(orientation=quaternion), DRUM)
