@@ -4,12 +4,13 @@ import numpy as np
 
 from flight_graph.components.foreign import Untrusted
 from flight_graph.plots.series import BagLines
+from flight_graph.reports.fewer_faces import fewer
 from flight_graph.reports.page import View, packed
-from flight_graph.reports.triangles import fewer, triangles
 from flight_graph.scenes import rotations
 from flight_graph.scenes.finding import scene_of_bag
 from flight_graph.scenes.motion import arrow_track, frames_of, poses_at, tracks
 from flight_graph.scenes.scene import MAP, Scene
+from flight_graph.scenes.triangles import triangles
 
 MOST_TIMES = 400  # of the slider
 MOST_TRAIL = 1000  # points
@@ -90,7 +91,8 @@ def _meshes(scene: Scene, numbers, moving) -> list[dict]:
 def _mesh(kind, shapes, moves, opacity, numbers) -> dict:
     parts, faces, colours, count = [], [], [], 0
     for shape in shapes:
-        vertices, own = fewer(*triangles(shape.geometry))
+        mesh = triangles(shape.geometry)
+        vertices, own = fewer(np.asarray(mesh.vertices), np.asarray(mesh.faces))
         turn = np.tile(shape.pose.orientation, (len(vertices), 1))
         vertices = rotations.rotate(turn, vertices) + np.array(shape.pose.position)
         parts.append({"frame": numbers[shape.frame], "moves": moves, "vertices": packed(vertices.astype(np.float32).ravel())})

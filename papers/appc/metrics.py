@@ -55,8 +55,8 @@ METRICS = (
     number("slip_first_s", "s", "first time outside the friction cone", "it never slips"),
     number("lift_off_s", "s", "first time without contact", "it stays on the ground"),
     number("end_s", "s", "when the run was decided", "it was not, it stayed up", alarm=Alarm(
-        "the run was decided at {value} s: metrics and figure are of the time until then (outcome: 1 landed after a flight, "
-        "2 fell, 3 jammed sliding)")),
+        "the run was decided at {value} s: metrics and figure are of the time until then (outcome 1: landed after a "
+        "flight; 2: fell; 3: jammed sliding)")),
     number("outcome", "1", "how it was decided: 0 not at all, 1 landed after a flight, 2 fell, 3 jammed sliding"),
     number("flight_time_s", "s", "time in the air"),
     number("sliding_time_s", "s", "time sliding"),

@@ -36,7 +36,8 @@ METRICS = (
     number("clearance_min_time_s", "s", "when that was", "never that far away"),
     number("clearance_min_all_m", "m", "smallest clearance d anywhere", smallest_is_worst=True),
     number("los_max_deg", "deg", "largest angle between -z_B and the goal at |r| > 5 m", headline=True),
-    number("clearance_violation_s", "s", "time with d < 0", alarm=Alarm("it was below the keep-out funnel for {value} s", 0.0)),
+    number("clearance_violation_s", "s", "time with d < 0", alarm=Alarm(
+        "it was below the keep-out funnel for {value} s", 0.0)),
     number("los_violation_s", "s", "time beyond the view cone at |r| > 5 m", alarm=Alarm(
         "the site was out of the camera's cone for {value} s", 0.0)),
     number("delta_v_mps", "m/s", "integral of |f|/m", headline=True),
