@@ -42,7 +42,7 @@ const openSpace = async place => {
   await libraryReady;
   await Plotly.newPlot(place, traces, {margin: {l: 0, r: 0, t: 0, b: 0}, legend: {x: 0, y: 1}, uirevision: 'kept',
     scene: {aspectmode: 'cube', xaxis: axis(box[0], names[0]), yaxis: axis(box[1], names[1]), zaxis: axis(box[2], names[2]),
-      camera: {eye: {x: 1.0, y: -1.1, z: 0.7}}}}, {responsive: true, displaylogo: false});
+      camera: {eye: {x: 0.8, y: -0.9, z: 0.55}}}}, {responsive: true, displaylogo: false});
   const show = at => {
     const found = moving.map(k => k < meshes.length ? corners(meshes[k], at) : ends(arrows[k - meshes.length], at));
     told.textContent = `t = ${t[at].toFixed(2)} s`;

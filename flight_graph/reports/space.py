@@ -48,7 +48,7 @@ def view(run: BagLines, trust=False) -> View:
         data["meshes"] = [_axes(numbers, moving, extent)]
     words = [f"{len(stamps)} times; drag turns, the wheel zooms, 'follow' keeps the vehicle in the middle."]
     if arrows:
-        words.append("Arrows: " + ", ".join(f"{arrow['name']} ({arrow['scale']:g} m a {arrow['unit'] or 'unit'})"
+        words.append("Arrows: " + ", ".join(f"{arrow['name']} ({arrow['scale']:g} m per {arrow['unit'] or 'unit'})"
                                             for arrow in arrows) + ".")
     if left_out:
         words.append(f"Not in this bag: where {', '.join(left_out)} are.")
