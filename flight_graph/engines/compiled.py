@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numba
 import numpy as np
 
-from flight_graph.engines import checkpoint, compilation, driver
+from flight_graph.engines import checkpoint, compilation, driver, reductions
 from flight_graph.engines.addresses import address
 from flight_graph.engines.checkpoint import Checkpoint
 from flight_graph.engines.memory import refuse_too_long
@@ -68,13 +68,14 @@ class CompiledRun:
     """One run of a scenario. `compile` makes the machine code ready, `run` fills the recording.
 
     plan: (node, port) -> every how manieth message is logged; as the scenario says when left out. like: a compiled run of
-    the same components.
+    the same components. reducing: whether the scenario's measures are taken while it flies (`Flight.reduced`).
     """
 
     def __init__(self, scenario: Scenario, check_bounds: bool = False, plan: dict | None = None,
-                 like: "CompiledRun | None" = None):
+                 like: "CompiledRun | None" = None, reducing: bool = False):
         self.scenario, self.graph, self.check_bounds = scenario, scenario.graph, check_bounds
-        self.schedule = Schedule.of(self.graph, scenario.recorded() if plan is None else plan, scenario.faults)
+        self.schedule = Schedule.of(self.graph, scenario.recorded() if plan is None else plan, scenario.faults,
+                                    scenario.measured() if reducing else None)
         self._codes = None if like is None else like._codes
         self.shape = None  # of its checkpoints, once it is asked for
 
@@ -326,6 +327,12 @@ class Flight:
         counts = self._tables.logged()
         return {made.signal.topic: self.arrays[made.log][:counts[made.log]] for firing in self._schedule.firings
                 for made in firing.publications if made.log is not None}
+
+    def reduced(self) -> dict[str, float | None]:
+        """name -> number of each measure that is taken while it flies, of the messages so far and the whole duration."""
+        duration_ns = self._run.scenario.duration_ns
+        return {one.measure.name: reductions.result(one.measure, self.arrays[one.memory], duration_ns)
+                for firing in self._schedule.firings for made in firing.publications for one in made.reductions}
 
     def tracks(self) -> list[Track]:
         """What was logged so far."""

@@ -17,6 +17,8 @@ def table(words: str, numbers: str = "") -> np.dtype:
 STEP = table("op a b address kind width epoch_ns", "constant value")  # a, b: addresses of earlier steps
 STEP_SIZE = STEP.itemsize
 DOUBLE, SINGLE, SIGNED, UNSIGNED = range(4)  # kinds of a number that is read
+_KINDS = {"<f8": DOUBLE, "<f4": SINGLE, "|b1": UNSIGNED}  # and whole numbers, by their letter
+_WHOLE = {"i": SIGNED, "u": UNSIGNED}
 SECOND = 1e9  # [ns] divided by, not multiplied with its inverse: 0.3 s is the number that a person writes
 
 (_CONSTANT, _TIME, _READ, _ADD, _SUBTRACT, _MULTIPLY, _DIVIDE, _NEGATE, _ABS, _MIN, _MAX, _LESS, _LESS_EQUAL, _GREATER,
@@ -24,8 +26,13 @@ SECOND = 1e9  # [ns] divided by, not multiplied with its inverse: 0.3 s is the n
 assert _AGE == conditions.AGE
 
 
+def number_kind(dtype: np.dtype) -> int:
+    """How a number of a record is read."""
+    return _KINDS.get(dtype.str, _WHOLE.get(dtype.kind))
+
+
 @compiled
-def _number_at(address, kind, width):
+def number_at(address, kind, width):
     """A number of a record as a float64. width: of a whole number [bytes]."""
     if kind == DOUBLE:
         return double_at(address)
@@ -87,7 +94,7 @@ def holds(at, end, t_ns):
         elif op == _TIME:
             value = t_ns / SECOND
         elif op == _READ:
-            value = _number_at(step.address, step.kind, step.width)
+            value = number_at(step.address, step.kind, step.width)
         elif op == _AGE:
             value = _age(step.address, step.epoch_ns, t_ns)
         else:

@@ -18,6 +18,7 @@ from flight_graph.engines.called import Called
 from flight_graph.engines.condition_steps import holds, table
 from flight_graph.engines.effects import BEGINS_ANEW, IS_DOWN
 from flight_graph.engines.fault_tables import FaultTables
+from flight_graph.engines.reductions import REDUCTION, feed
 from flight_graph.engines.schedule import Schedule, finite_runs, stamp_offset
 from flight_graph.engines.stops import FAULT, NONFINITE
 
@@ -26,7 +27,8 @@ _WORD = "<i8"
 CONTROL = table("tick end epoch_ns base_ns stop who holds holds_end firings firings_end fire when when_end")  # addresses
 HOLD = table("next period target origin size")
 FIRING = table("next period part parameters state records fault outputs outputs_end own start")
-OUTPUT = table("next period stamp record size runs runs_end visible log log_next log_period channel times")
+OUTPUT = table("next period stamp record size runs runs_end visible log log_next log_period channel times "
+               "reductions reductions_end")
 RUN = table("offset count is_double")  # of floats that must be finite: bytes of a record
 _HOLD_SIZE, _FIRING_SIZE, _OUTPUT_SIZE, _RUN_SIZE = (table.itemsize for table in (HOLD, FIRING, OUTPUT, RUN))
 _EXPONENT, _EXPONENT_4 = 0x7FF0000000000000, 0x7F800000  # all ones in inf and NaN
@@ -81,8 +83,8 @@ def stamp_word(stamp_ns):
 
 @compiled
 def publish(output_at, tick, t_ns):
-    """Check an output, show it to readers, log it: once, or as often as its faults let it. Returns 0 or a code of
-    `stops`.
+    """Check an output, show it to readers, log and reduce it: once, or as often as its faults let it. Returns 0 or a code
+    of `stops`.
     """
     output = row(output_at, OUTPUT)
     count = 1
@@ -96,11 +98,13 @@ def publish(output_at, tick, t_ns):
     if tick == output.log_next:
         output.log_next += output.log_period
         for _ in range(count):
-            copy(output.log, output.record, output.size)
-            output.log += output.size
+            if output.log != 0:
+                copy(output.log, output.record, output.size)
+                output.log += output.size
             if output.times != 0:
                 set_word_at(output.times, tick)
                 output.times += 8
+            feed(output.reductions, output.reductions_end, output.record, 1, 0)
     return 0
 
 
@@ -187,7 +191,8 @@ def run(control_at):
 
 # -- as machine code ---------------------------------------------------------------------------------------------------
 CODE = Called("driver", {"run": (run, types.int64(types.int64)), "fire": (fire, types.int64(*[types.int64] * 4))},
-              [Path(__file__).with_name(f"{name}.py") for name in ("driver", "effects", "condition_steps", "addresses")])
+              [Path(__file__).with_name(f"{name}.py")
+               for name in ("driver", "effects", "reductions", "condition_steps", "addresses")])
 
 
 # -- a schedule bound to the arrays of a run ---------------------------------------------------------------------------
@@ -208,8 +213,13 @@ class Tables:
                 for one in made]
         self.runs = np.array([run for rows in runs for run in rows], RUN)
         ends = address(self.runs) + RUN.itemsize * np.cumsum([0, *map(len, runs)])
+        reduced = [[one.row(stamp_offset(each.signal), arrays[one.memory], epoch_ns) for one in each.reductions]
+                   for each in made]
+        self.reductions = np.array([row for rows in reduced for row in rows], REDUCTION)
+        reductions = address(self.reductions) + REDUCTION.itemsize * np.cumsum([0, *map(len, reduced)])
         self._logs = {one.log: (i, one.signal.dtype.itemsize) for i, one in enumerate(made) if one.log}
-        self.outputs = np.array([self._output(one, *ends[i:i + 2]) for i, one in enumerate(made)], OUTPUT)
+        self.outputs = np.array([(*self._output(one, *ends[i:i + 2]), *reductions[i:i + 2])
+                                 for i, one in enumerate(made)], OUTPUT)
         rows, record, output = [], address(self._io), address(self.outputs)
         for firing in schedule.firings:
             state, after = arrays[firing.state], output + OUTPUT.itemsize * len(firing.publications)
@@ -227,7 +237,7 @@ class Tables:
 
         record = place(made.record)
         return (0, made.period, place(made.written) + stamp_offset(made.signal), record, made.signal.dtype.itemsize, runs,
-                runs_end, place(made.visible), place(made.log), 0 if made.log else -1, made.log_period,
+                runs_end, place(made.visible), place(made.log), 0 if made.log_period else -1, made.log_period,
                 self.faults.channel(made), place(made.times))
 
     def begin(self, tick: int) -> None:

@@ -59,6 +59,6 @@ def flag(name: str, meaning: str, missing: str = "", headline: bool = False, ala
     return MetricEntry(name, "", meaning, missing, FLAG, headline, alarm=alarm)
 
 
-def word(name: str, meaning: str, missing: str = "", headline: bool = False) -> MetricEntry:
+def word(name: str, meaning: str, missing: str = "", headline: bool = False, alarm: Alarm | None = None) -> MetricEntry:
     """A metric that is one of a few words."""
-    return MetricEntry(name, "", meaning, missing, WORD, headline)
+    return MetricEntry(name, "", meaning, missing, WORD, headline, alarm=alarm)

@@ -146,6 +146,14 @@ class Scenario:
                 plan[name, port] = every
         return plan
 
+    def measured(self) -> dict[tuple[str, str], tuple[int, list[measures.Measure]]]:
+        """(node, port) -> every how manieth message is recorded, and the measures of it, of the outputs that have some."""
+        found = {}
+        for output, every in self.recorded().items():
+            mine = [one for one in self.measures if (one.node, one.port) == output]
+            found |= {output: (every, mine)} if mine else {}
+        return found
+
     def _nodes(self):
         """The nodes in the order of the file; one that reads another's parameters is made after it."""
         made, waiting = {}, dict(self.file.components)

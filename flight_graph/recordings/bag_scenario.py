@@ -13,6 +13,7 @@ from flight_graph.engines.cache import cache_folder, keep
 from flight_graph.errors import FlightError
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.text_files import parse_json
+from flight_graph.timebase import SECOND
 
 SCENARIO = "scenario.json"  # name of the attachment a bag can be run again from
 INJECTED_FAULTS = "flight_graph.injected"  # metadata: the faults that were injected during the run, as JSON
@@ -20,13 +21,16 @@ SET_PARAMETERS = "flight_graph.set"  # metadata: the parameters that were set du
 LARGEST = 4 << 20  # [bytes] of it
 
 
-def read_scenario(bag: Bag, consent: Consent, functions: tuple[str, ...] = ()) -> Scenario:
+def read_scenario(bag: Bag, consent: Consent, functions: tuple[str, ...] = (), set_before_ns: int | None = None) -> Scenario:
     """The scenario of a run's bag. Raises FlightError.
 
     consent: is asked before code runs that does not come with the packages; functions: those keys of the scenario whose
-    functions will be called as well ("metrics", "figure").
+    functions will be called as well ("metrics", "figure"). set_before_ns: forget the parameters that were set during the
+    run at this time [ns] or later.
     """
     data = _data(bag)
+    if set_before_ns is not None:
+        _forget(bag, data, set_before_ns)
     found = [code for name, entry in data["components"].items() if (code := _component(bag, name, entry["use"]))]
     found += [code for key in functions if isinstance(data.get(key), str) and (code := _function(bag, key, data[key]))]
     if found:
@@ -56,6 +60,14 @@ def _data(bag):
             data[key] = [*(known if isinstance(known, list) else []),
                          *(parse_json(text, where, LARGEST) for text in happened.values())]
     return data
+
+
+def _forget(bag, data, from_ns):
+    """Take out of ``events`` what was set during the run from a time on."""
+    happened = [parse_json(text, "", LARGEST) for text in bag.metadata.get(SET_PARAMETERS, {}).values()]
+    late = [entry for entry in happened if round(entry["at_s"] * SECOND) >= from_ns]
+    if late:
+        data["events"] = [entry for entry in data["events"] if entry not in late]
 
 
 def _is_file(use):

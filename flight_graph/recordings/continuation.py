@@ -77,6 +77,16 @@ def continued(text: str, settings: dict | None = None, duration_s: float | None 
                   [run.changes_sentence()] if run.changed else [])
 
 
+def taken_back(path: Path, t_ns: int) -> Continuation:
+    """A run that was ended at a later time, to go on from a tick of it; what was set from there on is forgotten.
+
+    Whoever ran it has agreed to its code. Raises FlightError.
+    """
+    run = open_recorded(path, trust=True, set_before_ns=t_ns)
+    memory = memory_at(run, t_ns // run.scenario.graph.base_ns)
+    return branch(run.scenario, memory, path.resolve().name, {})
+
+
 def memory_at(run: RecordedRun, tick: int, progress=None, compiling=None) -> Checkpoint:
     """The memory of a recorded run before a tick. Raises FlightError where the bag does not reach to it."""
     where, base_ns = f"bag {quoted(run.bag.path)}", run.scenario.graph.base_ns

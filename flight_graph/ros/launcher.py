@@ -12,6 +12,7 @@ import tempfile
 import threading
 import time
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import yaml
@@ -26,6 +27,9 @@ from flight_graph.ros import checkpoint_settings, shared_memory
 from flight_graph.ros.domain import Domain
 from flight_graph.ros.installed import is_installed, not_live
 from flight_graph.ros.patience import at_least, patience_s
+from flight_graph.ros.segments import Segments
+from flight_graph.ros.simulation_settings import NODE as SIMULATION
+from flight_graph.ros.simulation_settings import Control
 from flight_graph.ros.supervisor import Supervisor
 from flight_graph.timebase import SECOND
 from msg_schemas.qos import WINDOW, WINDOW_LIVE
@@ -44,14 +48,17 @@ class RosRun:
     outcome: dict = field(default_factory=dict)
     domain: int = 0
     notes: list = field(default_factory=list)  # what was done to processes
+    earlier: list = field(default_factory=list)  # bags of segments before this one, where the run was taken back
+    was_ended: bool = False  # by who controls it
 
 
 def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: float,
-                    check_bounds: bool = False, origin: str = "", begin: str = "") -> dict[str, dict]:
+                    check_bounds: bool = False, origin: str = "", begin: str = "",
+                    control: Control | None = None) -> dict[str, dict]:
     """node name -> its ROS parameters: those of the component, and its place in the graph. Launch files use it too.
 
     origin: the name or the file of the scenario, for nodes with faults (by default its name); begin: the file of the
-    checkpoint that the run begins at.
+    checkpoint that the run begins at; control: of a run that may be paused.
     """
     graph, faults = scenario.graph, scenario.faults
     master = graph.clock_master
@@ -59,7 +66,7 @@ def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: flo
     window_ns = (WINDOW_LIVE if faults.is_live else WINDOW) * min(node.period_ns for node in graph.nodes.values())
     recorded = set(scenario.recorded())
     common = {"pace": pace, "factor": float(factor), "window_ns": window_ns, "timeout_s": float(timeout_s),
-              "supervised": True, "linger": True}
+              "supervised": True, "linger": True} | ({"control": control.text()} if control else {})
     parameters, memories = {}, checkpoint_settings.settings_of(scenario, pace == "lockstep", begin)
     for name, node in graph.nodes.items():
         patience = timeout_s if name == master else 2.0 * timeout_s  # the clock master sees who is behind: it speaks first
@@ -93,17 +100,20 @@ def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: flo
                             **{f"graph.{key}": value for key, value in settings.items()}}
     common["timeout_s"] = 2.0 * timeout_s
     parameters[RECORDER] = {f"graph.{key}": value for key, value in common.items()}
+    if control and not control.segment:
+        parameters[SIMULATION] = {"scenario": origin or scenario.name, "graph.pace": pace, "graph.factor": control.rate}
     return parameters
 
 
 def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float = 1.0, progress=None, compiling=None,
-        check_bounds: bool = False, tell=None, begin: Beginning | None = None) -> RosRun:
+        check_bounds: bool = False, tell=None, begin: Beginning | None = None, controlled: bool = False) -> RosRun:
     """Run a scenario as ROS 2 nodes and record it into ``folder``. Raises FlightError with the first node's sentence.
 
     pace: lockstep (as fast as the graph answers) or realtime (``factor`` simulated seconds per wall second).
     progress(seconds simulated) is called about once a simulated second; compiling: see `flight_graph.engines.compilation`;
     check_bounds: with checked indices; tell(sentence): of what a person should know before it starts. begin: where the run
-    begins, if not at t = 0. KeyboardInterrupt ends the nodes, closes the bag, and goes on to the caller.
+    begins, if not at t = 0. controlled: it stands at its start, and is let go by the services of the node ``simulation``.
+    KeyboardInterrupt ends the nodes, closes the bag, and goes on to the caller.
     """
     refuse(scenario)
     checkpoint_settings.refuse_realtime(scenario, pace, begin, tell)
@@ -111,18 +121,29 @@ def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float 
     compile_nodes(scenario.graph.nodes.values(), check_bounds, compiling)
     shared_memory.clean()
     with tempfile.TemporaryDirectory(prefix="flight_") as work, Domain(published(scenario.graph)) as domain:
-        specs = _specs(scenario, Path(work), Path(folder).absolute(), pace, factor, timeout_s, check_bounds, begin)
+        common = Path(work), pace, timeout_s, check_bounds
+        segments = Segments(scenario, Path(folder), begin, partial(_specs, common),
+                            factor if pace == "realtime" else 0.0) if controlled else None
+        specs = segments.specs() if segments else _specs(common, scenario, Path(folder), begin, None, factor)
         if tell and domain.is_own:
             tell(domain.sentence())
         if tell and (sentence := not_live(node.component for node in scenario.graph.nodes.values())):
             tell(sentence)
         launch = Launch(specs, RosRun(Path(folder)), pace == "lockstep", progress, domain)
         if pace == "realtime":
-            own = {spec["name"]: spec for spec in specs if spec["name"] not in (RECORDER, scenario.graph.clock_master)}
-            launch.supervisor = Supervisor(scenario, launch, own, Path(work) / EVENTS)
-        result = launch.run()
-        result.notes = launch.supervisor.notes if launch.supervisor else []
-        return result
+            launch.supervise = partial(_supervisor, scenario, launch, Path(work) / EVENTS)
+            launch.supervise(specs)
+        launch.segments, launch.tell = segments, tell or str
+        return launch.run()
+
+
+def _supervisor(scenario, launch, events, specs):
+    """Have the nodes of a launch watched."""
+    apart = (RECORDER, SIMULATION, scenario.graph.clock_master)
+    own = {spec["name"]: spec for spec in specs if spec["name"] not in apart}
+    events.unlink(missing_ok=True)
+    launch.supervisor = Supervisor(scenario, launch, own, events)
+    launch.result.notes = launch.supervisor.notes
 
 
 def published(graph) -> list[str]:
@@ -154,7 +175,8 @@ class Launch:
             text=True, env=environment, process_group=0)
         self._lines = queue.SimpleQueue()  # what the nodes say, line by line; None: all have ended
         threading.Thread(target=self._read, daemon=True).start()
-        self.supervisor = None  # of a realtime run
+        self.supervisor = self.supervise = None  # of a realtime run, and what makes it
+        self.segments = self._wanted = None  # of a controlled run, and the time that it is to go back to
         self.order(specs)
 
     def order(self, what) -> None:
@@ -172,7 +194,9 @@ class Launch:
         try:
             while (line := self._lines.get()) is not None:
                 self._event(line)
-                if self.error or self.result.outcome or (self.master_done and not self.lockstep):
+                if self._wanted and not self.error:
+                    self._go_back(**self._wanted)
+                if self.error or self.result.outcome or self.result.was_ended or (self.master_done and not self.lockstep):
                     break
         finally:
             self._end_nodes()
@@ -181,6 +205,22 @@ class Launch:
         if not self.result.outcome:
             raise FlightError("the nodes ended before the recorder closed the bag")
         return self.result
+
+    def _go_back(self, to_ns, from_ns, rate):
+        """End the nodes, which stand, and start those of the next segment."""
+        self._wanted, self._is_ending = None, True
+        self._end(at_least(15.0))
+        if self.error:
+            return
+        specs, result = self.segments.back(to_ns, from_ns, rate), self.result
+        self.tell(f"taken back from t = {from_ns / SECOND:.9g} to {to_ns / SECOND:.9g} s; what was is in "
+                  f"{self.segments.bags[-1]}, what comes in {self.segments.folder}")
+        result.bag, result.earlier, result.outcome = self.segments.folder, self.segments.bags, {}
+        self._is_ending, self._unborn = False, {spec["name"] for spec in specs}
+        if self.supervise:
+            self.supervise(specs)
+        for spec in specs:
+            self.order(spec)
 
     def _event(self, line):
         try:
@@ -192,6 +232,10 @@ class Launch:
         if "pid" in event:
             self.pids[name] = event["pid"]
             self._unborn.discard(name)
+        elif "reset" in event:
+            self._wanted = {"to_ns": event["reset"], "from_ns": event["from_ns"], "rate": event["rate"]}
+        elif "quit" in event:
+            self.result.was_ended = True
         elif self.supervisor and not self._is_ending and event.keys() & {"fault", "silent", "back", "ready"}:
             self._supervise(name, event)
         elif "error" in event:
@@ -243,16 +287,26 @@ class Launch:
             self._event(line)
         if self._unborn:
             self.process.terminate()  # what it has started gets SIGTERM then
-        for names in ([name for name in self.names if name != RECORDER], [RECORDER]):
+        self._end(grace_s)
+        if SIMULATION in self.names:  # it had an answer on its way, perhaps
+            self._end_one_after_the_other([[SIMULATION]], grace_s)
+        self._end_spawner()
+        if self.crashed:
+            shared_memory.clean_up()
+
+    def _end(self, grace_s):
+        """End the nodes of the graph, then the recorder."""
+        nodes = [name for name in self.names if name not in (RECORDER, SIMULATION)]
+        self._end_one_after_the_other((nodes, [RECORDER]), grace_s)
+
+    def _end_one_after_the_other(self, groups, grace_s):
+        for names in groups:
             self._signal(names, signal.SIGTERM)
             self._signal(names, signal.SIGCONT)  # a stopped one wakes up and ends
             if not self._wait_gone(names, grace_s):
                 self._killed |= {name for name in names if name in self.pids}
                 self._signal(names, signal.SIGKILL)
                 self._wait_gone(names, at_least(5.0))
-        self._end_spawner()
-        if self.crashed:
-            shared_memory.clean_up()
 
     def _end_spawner(self):
         with contextlib.suppress(BrokenPipeError):
@@ -291,19 +345,23 @@ class Launch:
         return True
 
 
-def _specs(scenario, work, folder, pace, factor, timeout_s, check_bounds, begin):
+def _specs(common, scenario, folder, begin, control, factor=None):
+    work, pace, timeout_s, check_bounds = common
+    factor = factor or (control.rate if pace == "realtime" else 1.0)
     start = checkpoint_settings.write(work, begin)
     resolved = work / "scenario.json"
     resolved.write_text(json.dumps(scenario.resolved()), encoding="utf-8", newline="\n")
     specs = []
     for name, values in node_parameters(scenario, pace, factor, timeout_s, check_bounds, str(resolved),
-                                        start).items():
+                                        start, control).items():
         if name == RECORDER:
-            values = {**values, "scenario": str(resolved), "out": str(folder), "events": str(work / EVENTS),
+            values = {**values, "scenario": str(resolved), "out": str(folder.absolute()), "events": str(work / EVENTS),
                       "begin": start}
+        elif name == SIMULATION:
+            values = {**values, "begin_ns": begin.checkpoint.t_ns if begin else 0, "resets": True}
         path = work / f"{name}.yaml"
         path.write_text(yaml.safe_dump({f"/**/{name}": {"ros__parameters": values}}), encoding="utf-8", newline="\n")
-        use = RECORDER if name == RECORDER else scenario.graph.nodes[name].use
+        use = scenario.graph.nodes[name].use if name in scenario.graph.nodes else name
         specs.append({"name": name, "use": use, "check_bounds": check_bounds,
                       "arguments": ["--ros-args", "-r", f"__node:={name}", "--params-file", str(path)]})
     return specs

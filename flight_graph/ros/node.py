@@ -8,14 +8,17 @@ from flight_graph.recordings.recording import formatted_payload
 from flight_graph.ros.checkpoint_settings import CheckpointSettings
 from flight_graph.ros.checkpoints import NodeMemory
 from flight_graph.ros.installed import is_installed
+from flight_graph.ros.launcher import RECORDER
 from flight_graph.ros.live_faults import CLEAR, INJECT, LiveFaults
 from flight_graph.ros.managed import ManagedNode
+from flight_graph.ros.pacing import Pacing
 from flight_graph.ros.parameter_changes import ParameterChanges
 from flight_graph.ros.parameters import ComponentParameters
 from flight_graph.ros.ports import InputPort, LoopOnly, OutputPort, RawPublisher
 from flight_graph.ros.progress import Progress, Watch
 from flight_graph.ros.recorder import read_scenario
 from flight_graph.ros.settings import Source, declare
+from flight_graph.ros.standing import Reports
 from flight_graph.ros.strangers import Strangers
 from flight_graph.timebase import SECOND, stamp_parts
 from msg_schemas.qos import Qos
@@ -63,6 +66,7 @@ class ComponentNode(ManagedNode):
         self.progress = Progress(self, self.settings)
         self.watches = {other: Watch(self, other, group) for other in self.settings.wait_for}
         self.clock = RawPublisher(self, *CLOCK) if self.settings.clock_master else None
+        self._follow_control()
         Strangers(self, [port.subscription for port in self.inputs.values()],
                   [port.publisher for port in self.outputs.values()] + [publisher for _, publisher in self.formatted])
         self.state = component.initial_state(self.parameters.values)
@@ -76,6 +80,13 @@ class ComponentNode(ManagedNode):
         self.memory = NodeMemory(self, CheckpointSettings(**self.settings.checkpoints), lambda: self._machine)
         self.memory.watch(self.outputs, component.output_rate_hz)
         self.memory.restore()
+
+    def _follow_control(self):
+        """Where somebody may let the run stand: as who lets it, or as who hears of it."""
+        control, is_master = self.settings.control, self.settings.clock_master
+        self.pacing = Pacing(self, control, [name for name in self.watches if name != RECORDER]) if (
+            control and is_master) else None
+        self.reports = Reports(self) if control and not is_master else None
 
     def _make_ports(self, component, group):
         """Outputs first: who finds the inputs, and sends, will have found where the answers come from."""
@@ -140,6 +151,8 @@ class ComponentNode(ManagedNode):
         self.changes.look(t_ns)
         if self.live:
             self.live.check(t_ns)
+        if self.reports and not self.settings.lockstep and self.reports.new():
+            self.settings.factor = self.reports.rate
 
     def call(self, part: str, t_ns: int, stamp_ns: int | None = None, span_ns: int = 1) -> None:
         """Run one part of the component at t, its outputs stamped. Raises FlightError on a fault or a non-finite output.

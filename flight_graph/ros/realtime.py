@@ -63,19 +63,20 @@ def run(node) -> None:
 
 def _run_master(node):
     settings, statistics = node.settings, node.statistics
-    wall_period = round(settings.period_ns / settings.factor)  # [ns]
     beats = Beats(node)
-    began = time.monotonic_ns()
-    t_ns = tick = 0
+    deadline, t_ns = time.monotonic_ns(), 0
     while not settings.duration_ns or t_ns < settings.duration_ns:
         node.check_alive()
+        if node.pacing:
+            deadline += node.pacing.before(t_ns)
+        wall_period = round(settings.period_ns / settings.factor)  # [ns]
+        deadline += wall_period
         node.look(t_ns)
         node.publish_clock(t_ns)
         part = "output" if node.component.kernel is None else "kernel"
         node.call(part, t_ns)
         node.publish_outputs(t_ns)
         published = time.monotonic_ns()
-        deadline = began + (tick + 1) * wall_period
         _gather(node, t_ns, deadline)
         statistics.latencies_us.append((time.monotonic_ns() - published) / 1e3)
         node.call("update", t_ns)
@@ -87,9 +88,10 @@ def _run_master(node):
         elif deadline > now:
             time.sleep((deadline - now) / 1e9)
         t_ns += settings.period_ns
-        tick += 1
         if t_ns % SECOND < settings.period_ns:
             node.announce({"progress": t_ns / SECOND})
+    if node.pacing:
+        node.pacing.end(t_ns)
 
 
 def _gather(node, t_ns, deadline):

@@ -20,8 +20,10 @@ from flight_graph.ros.installed import is_installed
 from flight_graph.ros.ports import LoopOnly, RawSubscription
 from flight_graph.ros.progress import Progress
 from flight_graph.ros.silence import TRANSITION, Silence
+from flight_graph.ros.simulation_settings import RECORDED, add_entry
 from flight_graph.ros.slots import TYPE as SLOT_TYPE
 from flight_graph.ros.slots import SlotReader, slots_topic
+from flight_graph.ros.standing import Reports
 from flight_graph.timebase import SECOND
 from msg_schemas.qos import RECORDER, Qos
 from msg_schemas.signal import SignalMismatch
@@ -139,6 +141,9 @@ class Recorder:
         self._changes = RawSubscription(node, parameter_changes.TOPIC, texts.TYPE, parameter_changes.QOS, group) if (
             settings.supervised) else None
         self.changes = []  # the parameters that were set, as JSON
+        self._base_ns, origin = scenario.graph.base_ns, settings.control.origin if settings.control else ""
+        self.reports = Reports(node, all_of_them=True) if settings.control else None
+        self.done_to_it = [{"tick": first, "t_s": self.begin_ns / SECOND, "did": origin}] if origin else []
 
     def injected(self) -> list[str]:
         """The faults that were injected, as JSON, each as it was last."""
@@ -151,6 +156,8 @@ class Recorder:
     def drain(self) -> int:
         while self._changes and (message := self._changes.take()) is not None:
             self.changes.append(texts.text_of(message))
+        for report in self.reports.new() if self.reports else ():
+            add_entry(self.done_to_it, report, self._base_ns)
         if self.checkpoints:
             self.checkpoints.drain()
         return sum(stream.drain() for stream in self.streams)
@@ -210,7 +217,7 @@ def run(node, scenario: Scenario, folder: Path, settings) -> dict:
     recorder = Recorder(node, scenario, bag, settings, LoopOnly())
     progress = Progress(node, settings)
     recorder.listeners = _listeners(node, scenario, recorder.streams) if settings.supervised else []
-    silence = Silence(node, scenario, settings, recorder.streams)
+    silence = Silence(node, scenario, settings, recorder.streams, recorder.reports)
     try:
         _wait_for_publishers(node, recorder, settings, progress)
         progress.tell(recorder.begin_ns)
@@ -232,6 +239,8 @@ def run(node, scenario: Scenario, folder: Path, settings) -> dict:
             bag.writer.metadata(INJECTED_FAULTS, {str(number): text for number, text in enumerate(injected)})
         if recorder.changes:
             bag.writer.metadata(SET_PARAMETERS, {str(number): text for number, text in enumerate(recorder.changes)})
+        if recorder.done_to_it:
+            bag.writer.metadata(RECORDED, {str(number): json.dumps(one) for number, one in enumerate(recorder.done_to_it)})
         if done := _events(node):
             bag.writer.metadata("flight_graph.watchdog", {str(number): text for number, text in enumerate(done)})
         bag.close(outcome)

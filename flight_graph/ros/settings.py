@@ -10,6 +10,7 @@ from rcl_interfaces.msg import ParameterDescriptor
 
 from flight_graph.errors import FlightError
 from flight_graph.ros.parameters import declare_once
+from flight_graph.ros.simulation_settings import Control, control_of
 from flight_graph.timebase import J2000, SECOND, duration_ns, period_ns
 
 
@@ -56,6 +57,7 @@ class Settings:
     beats: dict[str, int] = field(default_factory=dict)  # realtime: node -> allowed time between two beats [ns]
     beats_often: bool = False  # realtime: tell how far this node has come at every firing
     joins: bool = False  # realtime: the graph runs already
+    control: Control | None = None  # of a run that may be paused
     checkpoints: dict = field(default_factory=dict)  # see `flight_graph.ros.checkpoint_settings.CheckpointSettings`
 
     def output_period_ns(self, component, port: str) -> int:
@@ -107,6 +109,7 @@ def declare(node, component) -> Settings:
     settings.beats_often = bool(get("beats_often", False, "tell at every firing how far this node has come"))
     settings.joins = bool(get("joins", False, "whether the graph runs already"))
     settings.checkpoints = json.loads(get("checkpoints", "{}", "which checkpoints it tells, and begins at, as JSON"))
+    settings.control = control_of(get("control", "", "of a run that may be paused, as JSON"))
     settings.scenario = get("scenario", "", "the scenario, where its faults concern this node: a name, or a file")
     for port in component.outputs:
         settings.slotted[port] = bool(get(f"outputs.{port}.slotted", False, "whether faults may keep its messages back"))

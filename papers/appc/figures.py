@@ -14,6 +14,7 @@ from papers.appc.metrics import (
     COMMAND,
     CONTACT,
     FUNNEL,
+    OUTCOMES,
     TRUTH,
     contact_history,
     matched,
@@ -26,7 +27,6 @@ LINES = {"case 1": "#0b6e99", "case 2": "#c0392b", "case 3": "#2e8b57", "APPC": 
          "PD": "#2e8b57", "": "#0b6e99"}
 AXES = ("x (phi)", "y (theta)", "z (psi)")
 COLOURS = ("#0b6e99", "#c0392b", "#2e8b57")
-OUTCOMES = {1: "landed after a flight", 2: "fell", 3: "jammed while sliding"}
 
 
 def overview(scenario, signals, path) -> Path:
@@ -78,8 +78,7 @@ def decision(signals) -> str:
     if CONTACT not in signals or not len(signals[CONTACT]) or signals[CONTACT]["end_time"][-1] < 0.0:
         return ""
     last = signals[CONTACT][-1]
-    how = OUTCOMES.get(int(last["outcome"]), "in a way that has no name")
-    return f"after {last['end_time']:.4g} s: it {how}"
+    return f"after {last['end_time']:.4g} s: {OUTCOMES[int(last['outcome'])]}"
 
 
 def draw_funnels(scenario, truth, attitude, panel, funnel):
