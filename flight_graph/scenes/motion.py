@@ -153,10 +153,11 @@ def _transforms(bag) -> dict[tuple, Track]:
 def _track(stamps_ns, position, orientation) -> Track | None:
     """A track of what is finite and rising in time, or None where nothing is."""
     length = np.linalg.norm(orientation, axis=1)
-    good = np.isfinite(position).all(axis=1) & np.isfinite(orientation).all(axis=1) & (length > 1e-6)
-    good &= stamps_ns > np.concatenate(([-1], np.maximum.accumulate(stamps_ns)[:-1]))
-    if not good.any():
+    good = np.flatnonzero(np.isfinite(position).all(axis=1) & np.isfinite(length) & (length > 1e-6))
+    if not len(good):
         return None
+    latest = np.maximum.accumulate(stamps_ns[good])
+    good = good[np.concatenate(([True], stamps_ns[good][1:] > latest[:-1]))]
     return Track(stamps_ns[good].astype(np.int64), position[good].astype(float), orientation[good] / length[good, None])
 
 

@@ -48,7 +48,8 @@ def scene(values: dict, place: Vec3, rotation: Mat3, surface: Geometry, radius: 
         Shape("view", lander.CAMERA, Cone(length * float(sine / cosine), length), Pose(), VIEW, "view"),
         Shape("keep_out_funnel", lander.SITE, disc(lambda x, y: float(uncompiled(funnel_height)(p, x, y)) - p.funnel_z_0,
                                                    far, 6), Pose(), FUNNEL, "funnel"),
-        Shape("ground", lander.SITE, disc(_ground(p.site_height, place, turn, radius), patch, 4), Pose(), GROUND, "terrain"),
+        Shape("ground", lander.SITE, disc(_ground(p.site_height, place, turn, radius), patch, 4), Pose(), GROUND,
+              "terrain"),
         Shape("asteroid", lander.ASTEROID, surface, Pose(), STONE, "terrain"),
     )
     arrows = (_arrow("thrust", "force", "N", 4.0 * size / p.force_limit, THRUST),
