@@ -1,40 +1,115 @@
-"""A page in a real browser without a screen and without a network: what it tells after a script has clicked about in it."""
+"""A page in a real browser without a screen and without a network, spoken to over its debugging pipe."""
 
-import re
+import fcntl
+import json
+import os
 import shutil
 import subprocess
-from html import unescape
+import time
 
 import pytest
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
+SWITCHES = ("--headless=new", "--no-sandbox", "--enable-unsafe-swiftshader", "--no-first-run", "--hide-scrollbars",
+            "--disable-background-networking", "--host-resolver-rules=MAP * ~NOTFOUND", "--window-size=900,700",
+            "--remote-debugging-pipe")
 LISTENER = """
+window.bad = [];
 for (const kind of ['error', 'unhandledrejection', 'securitypolicyviolation'])
-  window.addEventListener(kind, e => document.body.dataset.bad = kind + ' ' + (e.message || e.reason || e.blockedURI));
+  window.addEventListener(kind, e => bad.push(kind + ' ' + (e.message || e.reason || e.blockedURI)));
 """
-_TELLER = """
-const tell = (name, value) => document.body.dataset[name] = JSON.stringify(value);
-window.addEventListener('load', async () => {
-  try { %s } catch (error) { document.body.dataset.bad = error.stack; }
-  tell('asked', performance.getEntriesByType('resource').length);
-});
-"""
+TIMEOUT_S = 240
 
 
-def opened(folder, text: str, script: str) -> tuple[dict[str, str], str]:
-    """What a page told, by name, and its document at the end. folder: a new one; text: of the page; script: the body of an
-    asynchronous function that clicks, and tells by ``tell(name, value)``. Skips the test where there is no browser."""
-    browser = next(filter(None, map(shutil.which, BROWSERS)), None)
-    if browser is None:
-        pytest.skip(f"no browser is installed here ({', '.join(BROWSERS)}): apt-get install chromium brings one")
-    page = folder / "page.html"
-    page.write_text(text.replace("<style>", f"<script>{LISTENER}</script><style>", 1).replace(
-        "</body>", f"<script>{_TELLER % script}</script></body>"), encoding="utf-8")
-    done = subprocess.run(
-        [browser, "--headless=new", "--no-sandbox", "--enable-unsafe-swiftshader", "--no-first-run",
-         "--disable-background-networking", "--host-resolver-rules=MAP * ~NOTFOUND", f"--user-data-dir={folder / 'profile'}",
-         "--window-size=1280,1600", "--virtual-time-budget=20000", "--dump-dom", f"file://{page}"],
-        capture_output=True, text=True, timeout=240)
-    assert "<body" in done.stdout, done.stderr[-2000:]
-    body = re.search(r"<body[^>]*>", done.stdout)[0]
-    return {name: unescape(value) for name, value in re.findall(r'data-(\w+)="([^"]*)"', body)}, done.stdout
+class Browser:
+    """An open page. A context; skips the test where there is no browser."""
+
+    def __init__(self, folder, text: str):
+        """folder: a new one; text: of the page."""
+        self._folder, self._number = folder, 0
+        (folder / "page.html").write_text(text.replace("<style>", f"<script>{LISTENER}</script><style>", 1), encoding="utf-8")
+
+    def __enter__(self):
+        browser = next(filter(None, map(shutil.which, BROWSERS)), None)
+        if browser is None:
+            pytest.skip(f"no browser is installed here ({', '.join(BROWSERS)}): apt-get install chromium brings one")
+        (theirs_in, mine_out), (mine_in, theirs_out) = os.pipe(), os.pipe()
+
+        def hand_over():
+            """The pipe of the protocol: 3 in, 4 out."""
+            ends = [fcntl.fcntl(end, fcntl.F_DUPFD, 10) for end in (theirs_in, theirs_out)]
+            for end, number in zip(ends, (3, 4)):
+                os.dup2(end, number)
+
+        self._process = subprocess.Popen(
+            [browser, *SWITCHES, f"--user-data-dir={self._folder / 'profile'}", "about:blank"], close_fds=False,
+            preexec_fn=hand_over, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        os.close(theirs_in)
+        os.close(theirs_out)
+        self._out, self._in = os.fdopen(mine_out, "wb"), os.fdopen(mine_in, "rb")
+        os.set_blocking(self._in.fileno(), False)
+        self._rest, self._session = b"", None
+        target = self.say("Target.createTarget", url=f"file://{self._folder / 'page.html'}")["targetId"]
+        self._session = self.say("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        self.wait("location.protocol === 'file:' && document.readyState === 'complete'")
+        return self
+
+    def __exit__(self, *_):
+        self._process.kill()
+        self._process.wait()
+        self._out.close()
+        self._in.close()
+
+    def say(self, method: str, **parameters) -> dict:
+        """A command of the protocol, and its answer."""
+        self._number += 1
+        message = {"id": self._number, "method": method, "params": parameters} | (
+            {"sessionId": self._session} if self._session else {})
+        self._out.write(json.dumps(message).encode() + b"\0")
+        self._out.flush()
+        while (answer := self._next()).get("id") != self._number:
+            pass
+        assert "error" not in answer, f"{method}: {answer}"
+        return answer["result"]
+
+    def _next(self) -> dict:
+        deadline = time.monotonic() + TIMEOUT_S
+        while b"\0" not in self._rest:
+            assert self._process.poll() is None, f"the browser has ended with {self._process.returncode}"
+            assert time.monotonic() < deadline, f"the browser has not answered for {TIMEOUT_S} s"
+            self._rest += self._in.read() or b""
+            if b"\0" not in self._rest:
+                time.sleep(0.01)
+        message, _, self._rest = self._rest.partition(b"\0")
+        return json.loads(message)
+
+    def run(self, script: str):
+        """The value of an expression in the page, awaited."""
+        found = self.say("Runtime.evaluate", expression=script, awaitPromise=True, returnByValue=True)
+        assert "exceptionDetails" not in found, found
+        return found["result"].get("value")
+
+    def click(self, selector: str) -> None:
+        """Press and release the mouse on the middle of the first element that this selects."""
+        x, y = self.run(f"""(() => {{ const one = document.querySelector({json.dumps(selector)});
+            one.scrollIntoView({{block: 'center', behavior: 'instant'}});
+            const box = one.getBoundingClientRect(); return [box.x + box.width / 2, box.y + box.height / 2]; }})()""")
+        for kind in ("mousePressed", "mouseReleased"):
+            self.say("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
+
+    def wait(self, condition: str) -> None:
+        """Until this holds in the page."""
+        deadline = time.monotonic() + TIMEOUT_S
+        while not self.run(condition):
+            assert time.monotonic() < deadline, f"it does not come to {condition} within {TIMEOUT_S} s"
+            time.sleep(0.05)
+
+    @property
+    def bad(self) -> list[str]:
+        """Errors, and what the page's policy has forbidden."""
+        return self.run("bad")
+
+    @property
+    def asked(self) -> int:
+        """How many files or addresses the page has asked for."""
+        return self.run("performance.getEntriesByType('resource').length")

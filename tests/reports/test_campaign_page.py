@@ -1,7 +1,5 @@
 """The page of a campaign: its numbers are the table's, and it draws in a real browser."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -11,7 +9,7 @@ from flight_graph.engines.compiled import CompiledRun
 from flight_graph.graphs.scenario import vary_case
 from flight_graph.reports import campaign_page, page
 from tests.commands import runner
-from tests.reports.browser import opened
+from tests.reports.browser import Browser
 from tests.reports.campaigns import made
 
 @pytest.fixture(scope="module")
@@ -81,9 +79,10 @@ def test_the_command_writes_one_file(flight, campaign, tmp_path):
 
 def test_the_page_draws_in_a_browser_and_asks_for_nothing(campaign, sections, tmp_path):
     text = page.rendered("Toy", "", [page.Section(title, parts) for title, parts in sections.items()])
-    told, seen = opened(tmp_path, text, "await drawAll(); tell('csv', tableOf(1));")
     figures = sum(isinstance(part, page.Figure) for parts in sections.values() for part in parts)
-    assert "bad" not in told and told["asked"] == "0"  # no error, nothing against the policy, no file, no address
-    assert seen.count('data-drawn="yes"') == figures > 5 and seen.count('class="main-svg"') >= figures
-    header, first = json.loads(told["csv"]).splitlines()[:2]
+    with Browser(tmp_path, text) as browser:
+        browser.run("drawAll()")
+        assert browser.bad == [] and browser.asked == 0  # no error, nothing against the policy, no file, no address
+        assert browser.run("document.querySelectorAll('[data-drawn=yes] .main-svg').length") >= figures > 5
+        header, first = browser.run("tableOf(1)").splitlines()[:2]
     assert header == "name,rate,low,high,successes,runs" and first.startswith("swings,")
