@@ -54,8 +54,8 @@ def page() -> str:
     """The page as Markdown."""
     lines = [_NOTE, "# Gallery: the papers' figures, and what is judged on them", "",
              "Every figure is drawn from runs made here (`flight claims PAPER --figures FOLDER`; for this page "
-             "`python benchmarks/gallery.py`). Beside it stand the rows of `flight claims PAPER` that are judged on it: whose "
-             "sentence it is, the sentence, and the verdict of the recomputed runs."]
+             "`python benchmarks/gallery.py`). Beside it stand the rows of `flight claims PAPER` that are judged on it: "
+             "whose sentence it is, the sentence, and the verdict of the recomputed runs."]
     for paper in papers():
         content = read(paper)
         lines += ["", f"## {_cell(content.title)}", "", f"{_cell(content.source)}: `flight claims {paper}`."]

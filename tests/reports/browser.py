@@ -11,23 +11,26 @@ import pytest
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 SWITCHES = ("--headless=new", "--no-sandbox", "--enable-unsafe-swiftshader", "--no-first-run", "--hide-scrollbars",
-            "--disable-background-networking", "--host-resolver-rules=MAP * ~NOTFOUND", "--window-size=900,700",
+            "--disable-background-networking", "--host-resolver-rules=MAP * ~NOTFOUND",
             "--remote-debugging-pipe")
 LISTENER = """
 window.bad = [];
 for (const kind of ['error', 'unhandledrejection', 'securitypolicyviolation'])
   window.addEventListener(kind, e => bad.push(kind + ' ' + (e.message || e.reason || e.blockedURI)));
+window.drawnAt = null;
+new MutationObserver(() => {
+  if (drawnAt === null && document.querySelector('[data-drawn=yes]')) drawnAt = performance.now();
+}).observe(document, {subtree: true, attributes: true, attributeFilter: ['data-drawn']});
 """
 TIMEOUT_S = 240
 
 
 class Browser:
-    """An open page. A context; skips the test where there is no browser."""
+    """An open page. A context; skips the test where there is no browser. bad: errors, and what the page's policy forbade."""
 
-    def __init__(self, folder, text: str):
-        """folder: a new one; text: of the page."""
-        self._folder, self._number = folder, 0
-        (folder / "page.html").write_text(text.replace("<style>", f"<script>{LISTENER}</script><style>", 1), encoding="utf-8")
+    def __init__(self, path, size=(900, 700)):
+        """path: of the page's file; a profile is made beside it. size: of the window [px]."""
+        self._path, self._size, self._number = path, size, 0
 
     def __enter__(self):
         browser = next(filter(None, map(shutil.which, BROWSERS)), None)
@@ -42,15 +45,19 @@ class Browser:
                 os.dup2(end, number)
 
         self._process = subprocess.Popen(
-            [browser, *SWITCHES, f"--user-data-dir={self._folder / 'profile'}", "about:blank"], close_fds=False,
+            [browser, *SWITCHES, f"--window-size={self._size[0]},{self._size[1]}",
+             f"--user-data-dir={self._path.parent / 'profile'}", "about:blank"], close_fds=False,
             preexec_fn=hand_over, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         os.close(theirs_in)
         os.close(theirs_out)
         self._out, self._in = os.fdopen(mine_out, "wb"), os.fdopen(mine_in, "rb")
         os.set_blocking(self._in.fileno(), False)
         self._rest, self._session = b"", None
-        target = self.say("Target.createTarget", url=f"file://{self._folder / 'page.html'}")["targetId"]
+        target = self.say("Target.createTarget", url="about:blank")["targetId"]
         self._session = self.say("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        self.say("Page.enable")
+        self.say("Page.addScriptToEvaluateOnNewDocument", source=LISTENER)
+        self.say("Page.navigate", url=f"file://{self._path.resolve()}")
         self.wait("location.protocol === 'file:' && document.readyState === 'complete'")
         return self
 

@@ -139,7 +139,8 @@ def test_the_page_is_opened_and_clicked(lander, sections, tmp_path):
     figures = len(list(parts_of([part for parts in shown.values() for part in parts], page.Figure)))
     corner = f"['x', 'y', 'z'].map(axis => document.querySelector('.space').data[{number}][axis][0])"
     at, slider = "document.querySelector('.space').dataset.time", "document.querySelector('.time input')"
-    with Browser(tmp_path, text) as browser:
+    (tmp_path / "page.html").write_text(text, encoding="utf-8")
+    with Browser(tmp_path / "page.html") as browser:
         browser.run("openSpaces()")
         begin = browser.run(corner)
         browser.run(f"{slider}.value = {slider}.max; {slider}.dispatchEvent(new Event('input'))")

@@ -80,7 +80,8 @@ def test_the_command_writes_one_file(flight, campaign, tmp_path):
 def test_the_page_draws_in_a_browser_and_asks_for_nothing(campaign, sections, tmp_path):
     text = page.rendered("Toy", "", [page.Section(title, parts) for title, parts in sections.items()])
     figures = sum(isinstance(part, page.Figure) for parts in sections.values() for part in parts)
-    with Browser(tmp_path, text) as browser:
+    (tmp_path / "page.html").write_text(text, encoding="utf-8")
+    with Browser(tmp_path / "page.html") as browser:
         browser.run("drawAll()")
         assert browser.bad == [] and browser.asked == 0  # no error, nothing against the policy, no file, no address
         assert browser.run("document.querySelectorAll('[data-drawn=yes] .main-svg').length") >= figures > 5
