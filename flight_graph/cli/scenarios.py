@@ -1,5 +1,6 @@
 """flight list, run, node: what there is, and running it."""
 
+import glob
 import json
 import os
 import signal
@@ -66,8 +67,8 @@ def run(
     engine: Annotated[str, typer.Option(help="compiled, python (the same kernels, uncompiled) or ros.")] = "compiled",
     pace: Annotated[str, typer.Option(help="ros only: lockstep, realtime or realtime:FACTOR.")] = "lockstep",
     control: Annotated[bool, typer.Option(
-        "--control", help="ros only: wait at the start, to be let go, paused, stepped and taken back by the services of the "
-                          "node 'simulation' (docs/simulation_control.md).")] = False,
+        "--control", help="ros only: wait at the start, to be let go, paused, stepped and taken back by the services of "
+                          "the node 'simulation' (docs/simulation_control.md).")] = False,
     settings: Settings = None,
     params: Params = None,
     case: Annotated[int | None, typer.Option(help="Run this case of the scenario's 'vary' block.")] = None,
@@ -176,6 +177,8 @@ def _case(scenario, number) -> str:
 
 def _what_is_left(folder) -> str:
     from flight_graph.bags.errors import quoted
+    segments = [folder, *folder.parent.glob(f"{glob.escape(folder.name)}_reset_*")]  # of a run that was taken back
+    folder = max((path for path in segments if path.exists()), key=lambda path: path.stat().st_mtime, default=folder)
     if (folder / "metadata.yaml").exists():
         return f"the bag up to here is {quoted(folder)}"
     if any(folder.glob("*.mcap")):

@@ -103,6 +103,7 @@ class PlainTables:
 
     def __init__(self, schedule: Schedule, arrays: dict, components: dict, epoch_ns: int = 0):
         self._components = components
+        self._tapes, self._arrays = schedule.tapes, arrays
         self._holds = [(hold.period, arrays[hold.target], arrays[hold.origin]) for hold in schedule.holds]
         self.faults = FaultTables(schedule, arrays, epoch_ns)
         self.firings = [PlainFiring(components[firing.node], arrays, firing, self.faults, epoch_ns)
@@ -117,10 +118,12 @@ class PlainTables:
         component.start(*plain_arguments(component, "start", [parameters, state]))
 
     def hold(self, tick: int) -> None:
-        """Let the inputs with a delay take the newest messages."""
+        """Let the inputs with a delay take the newest messages, then the tapes go on."""
         for period, target, origin in self._holds:
             if tick % period == 0:
                 target[:] = origin
+        for tape in self._tapes:
+            tape.play(tick, self._arrays)
 
     def logged(self) -> dict[str, int]:
         """log -> number of rows that are filled."""

@@ -15,6 +15,7 @@ import numpy as np
 from flight_graph.engines import effects, fault_schedule
 from flight_graph.engines.fault_schedule import Channel, Own
 from flight_graph.engines.reductions import MEMORY, Reduction
+from flight_graph.engines.tape import Tape
 from flight_graph.faults.fault_set import FaultSet
 from flight_graph.graphs.graph import Graph
 from flight_graph.graphs.measures import Measure
@@ -35,9 +36,10 @@ class Hold:
 class Publication:
     """What follows the firing that wrote an output, at every period-th tick: check, show to readers, log, reduce.
 
-    visible: the copy that readers see, where the output is slower than its node or its messages may be missing. log_period
-    [ticks]: of the log and of reductions, 0 for neither. written: the record that the part writes, where faults stand between
-    it and ``record``; channel: the way through them; times: ticks of the logged messages, where they are not regular.
+    visible: the copy that readers see, where the output is slower than its node or its messages may be missing.
+    log_period [ticks]: of the log and of reductions, 0 for neither. written: the record that the part writes, where faults
+    stand between it and ``record``; channel: the way through them; times: ticks of the logged messages, where they are not
+    regular.
     """
 
     port: str
@@ -77,7 +79,10 @@ class Firing:
 
 @dataclass
 class Schedule:
-    """The order of a tick. starts: (node, parameters, state) of the nodes with a start, run once before the first tick."""
+    """The order of a tick. starts: (node, parameters, state) of the nodes with a start, run once before the first tick.
+
+    tapes: of foreign nodes' outputs, played after the holds, before anything fires.
+    """
 
     graph: Graph
     plan: dict
@@ -86,12 +91,15 @@ class Schedule:
     starts: list[tuple[str, str, str]] = field(default_factory=list)
     holds: list[Hold] = field(default_factory=list)
     firings: list[Firing] = field(default_factory=list)
+    tapes: list[Tape] = field(default_factory=list)
 
     @classmethod
     def of(cls, graph: Graph, plan: dict, faults: FaultSet | None = None,
-           measured: dict[tuple[str, str], tuple[int, list[Measure]]] | None = None) -> "Schedule":
+           measured: dict[tuple[str, str], tuple[int, list[Measure]]] | None = None,
+           tapes: dict | None = None) -> "Schedule":
         """The schedule of a graph. plan: (node, port) -> every how manieth message goes into the log; measured: (node,
-        port) -> every how manieth is reduced, and to what.
+        port) -> every how manieth is reduced, and to what; tapes: (node, port) -> (ticks, records) of what foreign nodes
+        said.
         """
         schedule = cls(graph, plan, faults, measured or {})
         for node in graph.nodes.values():
@@ -103,7 +111,8 @@ class Schedule:
                 schedule.holds += [Hold(graph.ticks(node), fault_schedule.watched(node.name, *signal),
                                         schedule.shown(*signal))
                                    for signal in faults.watched(node.name)]
-        schedule.firings = [schedule._firing(step) for step in graph.order]
+        schedule.firings = [schedule._firing(step) for step in graph.order if not graph.nodes[step.node].is_foreign]
+        schedule.tapes = [Tape(*key, schedule.shown(*key), *found) for key, found in (tapes or {}).items()]
         return schedule
 
     def log_bytes(self, ticks: int) -> int:
@@ -181,7 +190,7 @@ class Schedule:
         return bool(self.faults) and self.faults.is_irregular(node.name, port)
 
     def _is_copied(self, node, port) -> bool:
-        return is_slower(node, port) or self._is_irregular(node, port)
+        return not node.is_foreign and (is_slower(node, port) or self._is_irregular(node, port))
 
     def shown(self, name: str, port: str) -> str:
         """The array that readers of an output see."""
