@@ -18,7 +18,7 @@ NAME = MANIFEST.findtext("name")  # colcon builds by this name: it must be the d
 AMENT_PACKAGES = (NAME, "msg_schemas", "cubli_ros", "spacerobot_ros", "lander_ros", "sim_nodes")
 PYTHON_PACKAGES = (*AMENT_PACKAGES, "flight_math", "papers", "scenarios")
 COMMAND_LINE = "flight_graph.cli:main"
-DATA_SUFFIXES = ("yaml", "json", "xml", "csv", "md")
+DATA_SUFFIXES = ("yaml", "json", "xml", "csv", "md", "js", "css")
 GENERATED = Path("build/ament")  # below the source tree, because colcon links data files by relative path
 
 EXECUTABLE = '''\

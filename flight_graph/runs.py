@@ -7,7 +7,8 @@ from pathlib import Path
 
 from flight_graph.engines.choice import check_engine, pace_text, parse_pace
 from flight_graph.errors import FlightError, RunStopped
-from flight_graph.graphs import metrics
+from flight_graph.graphs import glossary, metrics
+from flight_graph.graphs.alarms import alarms
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.text_files import short
 
@@ -28,6 +29,7 @@ class Outcome:
     lost: int = 0
     domain: int | None = None
     notes: list = field(default_factory=list)  # what was done to processes
+    alarms: list = field(default_factory=list)  # sentences: what of the run makes wary
     earlier: list = field(default_factory=list)  # bags from before the run was taken back, the oldest first
     was_ended: bool = False  # by who controls it; there are no metrics then
 
@@ -94,7 +96,9 @@ def execute(scenario: Scenario, engine: str = "compiled", pace: str = "lockstep"
         write_recording(stop.recording, folder, engine, begin=begin)
         raise
     write_recording(recording, folder, engine, begin=begin)
-    return Outcome(folder, engine, "none", recording.wall_s, recording.compile_s, metrics.compute(scenario, recording))
+    found = metrics.compute(scenario, recording)
+    return Outcome(folder, engine, "none", recording.wall_s, recording.compile_s, found,
+                   alarms=alarms(glossary.of(scenario), found, scenario, recording))
 
 
 def _prepare(parent: Path) -> None:
@@ -167,6 +171,8 @@ def _ros(scenario, folder, pace, factor, progress, compiling, check_bounds, tell
         around = partial(shown, scenario, live)
     result = launcher.run(
         scenario, folder, pace, factor, progress, compiling, check_bounds, tell, begin, controlled, around)
-    found = {} if result.was_ended else metrics.compute(scenario, BagSignals(read_bag(result.bag), scenario))
+    signals = BagSignals(read_bag(result.bag), scenario)
+    found = {} if result.was_ended else metrics.compute(scenario, signals)
     return Outcome(result.bag, "ros", pace_text(pace, factor), result.wall_s, 0.0, found, result.statistics,
-                   int(result.outcome.get("lost", 0)), result.domain, result.notes, result.earlier, result.was_ended)
+                   int(result.outcome.get("lost", 0)), result.domain, result.notes,
+                   alarms(glossary.of(scenario), found, scenario, signals), result.earlier, result.was_ended)

@@ -14,6 +14,7 @@ from flight_graph.cli import (
     fault,
     identify,
     layout,
+    plot,
     rare,
     replay,
     report,
@@ -40,6 +41,7 @@ compile.register(app)
 fault.register(app)
 sweep.register(app)
 report.register(app)
+plot.register(app)
 bags.register(app)
 replay.register(app)
 rare.register(app)

@@ -226,11 +226,12 @@ class BagSignals:
         return topic in self._signals and "/" + topic in self._bag
 
 
-def open_run(path, trust=False, with_figure: bool = False) -> tuple:
+def open_run(path, trust=False, functions: tuple[str, ...] = ()) -> tuple:
     """(bag, scenario, signals) of a recorded run. Raises FlightError where the bag carries no scenario.
 
-    trust: as for `flight_graph.recordings.recorded_run.open_recorded`; with_figure: the figure will be drawn.
+    trust: as for `flight_graph.recordings.recorded_run.open_recorded`; functions: as for
+    `flight_graph.recordings.bag_scenario.read_scenario`.
     """
     bag = read_bag(path)
-    scenario = read_scenario(bag, consent(trust), with_figure)
+    scenario = read_scenario(bag, consent(trust), functions)
     return bag, scenario, BagSignals(bag, scenario)
