@@ -46,7 +46,7 @@ def list_(
 ) -> None:
     """List scenarios and components, or show one scenario's graph: rates, topics, connections, parameters."""
     from flight_graph.components import registry
-    from flight_graph.graphs import scenario as scenarios
+    from flight_graph.graphs.source import available
     if scenario and topics:
         show_topics(scenario, asked(trust), as_json)
         return
@@ -55,7 +55,7 @@ def list_(
         return
     if topics:
         raise FlightError("flight list --topics: name a scenario")
-    titles = {name: yaml_text.read(path)["title"] for name, path in scenarios.available().items()}
+    titles = {name: yaml_text.read(path)["title"] for name, path in available().items()}
     components = {name: found.summary() for name, found in registry.components().items()}
     if as_json:
         print(json.dumps({"scenarios": titles, "components": components}))

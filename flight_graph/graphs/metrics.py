@@ -5,7 +5,7 @@ import traceback
 from contextlib import contextmanager
 from pathlib import Path
 
-from flight_graph.components import functions
+from flight_graph.components import functions, names, namespaces
 from flight_graph.errors import FlightError
 from flight_graph.graphs import fault_scores, measures
 from flight_graph.graphs.scenario import Scenario
@@ -15,10 +15,41 @@ def compute(scenario: Scenario, signals, finite: bool = True) -> dict:
     """Return the metrics of a run by name, in plain types: those of the scenario's function, if it names one, its
     measures, and the scores of its faults and monitors (`flight_graph.graphs.fault_scores`).
 
+    Those of a vehicle have its name in front: ``rover_a.settling_time_s``.
+
     signals: a mapping topic -> structured array (a Recording, or a bag's signals). A metric that this run does not have is
     None; units and meanings: `flight_graph.graphs.glossary`. finite: NaN and infinity, which are no numbers either, become
     None, as JSON has neither.
     """
+    found = _own(scenario, signals, finite)
+    for name, vehicle in scenario.vehicles.items():
+        inside = compute(vehicle, Inside(signals, name), finite)
+        found |= {names.joined(name, key): value for key, value in inside.items()}
+    return found
+
+
+class Inside:
+    """The signals of a vehicle, by the names that they have in its own scenario."""
+
+    def __init__(self, signals, vehicle: str):
+        self._signals, self._vehicle = signals, vehicle
+
+    def __contains__(self, topic: str) -> bool:
+        return self._whole(topic) in self._signals
+
+    def __getitem__(self, topic: str):
+        return self._signals[self._whole(topic)]
+
+    def get(self, topic: str, default=None):
+        """The records of a topic, or the default where there are none."""
+        return self[topic] if topic in self else default
+
+    def _whole(self, topic):
+        return namespaces.topic_within(topic.lstrip("/"), self._vehicle)
+
+
+def _own(scenario, signals, finite):
+    """Of a scenario without its vehicles."""
     function = of(scenario)
     measured = {name: _plain(value, f"{scenario.origin}: measures.{name}", finite)
                 for name, value in measures.compute(scenario.measures, scenario, signals).items()}
@@ -51,8 +82,15 @@ def told(where: str):
 
 
 def of(scenario: Scenario):
-    """The metrics function of a scenario; None when it names none. Raises FlightError: ask for it before a run."""
+    """The metrics function of a scenario; None when it names none. Raises FlightError."""
     return load(scenario.file.metrics, f"{scenario.origin}: metrics", scenario.folder) if scenario.file.metrics else None
+
+
+def check(scenario: Scenario) -> None:
+    """Load the metrics functions of a scenario and its vehicles. Raises FlightError: call it before a run."""
+    of(scenario)
+    for vehicle in scenario.vehicles.values():
+        check(vehicle)
 
 
 def figure(scenario: Scenario):

@@ -27,6 +27,16 @@ class ComponentEntry(_Strict):
         'values that differ from the defaults; `"= plant.gravity"` follows another component\'s'))
 
 
+class IncludeEntry(_Strict):
+    """A vehicle: a scenario inside this one."""
+
+    scenario: str | dict[str, Any] = Field(description=(
+        "a scenario of the packages, a YAML file relative to this one, or its keys"))
+    set: dict[str, Any] = Field(default_factory=dict, max_length=10_000, description=(
+        "`component.parameter` -> value, `seed`, `faults.ID.key`: what is different in it"))
+    folder: str | None = Field(None, max_length=4000, description="where relative names in it start; that of its file")
+
+
 class EdgeEntry(_Strict):
     """One input, wired by hand."""
 
@@ -88,8 +98,10 @@ class ScenarioFile(_Strict):
     epoch_ns: int = Field(J2000, description="stamp of t = 0 [ns since 1970]; J2000 when left out")
     base_rate_hz: float | None = Field(None, description=(
         "rate of the base tick [Hz]; the slowest that fits all rates when left out"))
-    components: dict[str, ComponentEntry] = Field(max_length=MOST_COMPONENTS, description=(
+    components: dict[str, ComponentEntry] = Field(default_factory=dict, max_length=MOST_COMPONENTS, description=(
         "name -> component, in the order in which they are listed"))
+    include: dict[str, str | IncludeEntry] | None = Field(None, max_length=100, description=(
+        "name -> scenario that flies in this one, its components named `name.component`; see vehicles.md"))
     connect: dict[str, str | EdgeEntry] = Field(default_factory=dict, description=(
         "`component.port` of an input -> `component.port` of its source; inputs left out find theirs by topic"))
     record: RecordEntry = Field(default_factory=RecordEntry, description="what the bag holds")
@@ -121,7 +133,7 @@ class ScenarioFile(_Strict):
 
 def _first_sentence(error: ValidationError) -> str:
     first = error.errors()[0]
-    where = ".".join(short(str(part)) for part in first["loc"] if part not in ("str", "EdgeEntry"))
+    where = ".".join(short(str(part)) for part in first["loc"] if part not in ("str", "EdgeEntry", "IncludeEntry", "dict[str,any]"))
     if first["type"] == "extra_forbidden":
         return f"{where}: there is no such key; allowed here: " + ", ".join(_keys_at(first["loc"]))
     if first["type"] == "string_pattern_mismatch":
@@ -130,7 +142,7 @@ def _first_sentence(error: ValidationError) -> str:
     return f"{where}: {first['msg'].lower()} (got {short(repr(first['input']))})"
 
 
-PARTS = {"components": ComponentEntry, "events": EventEntry, "connect": EdgeEntry, "record": RecordEntry,
+PARTS = {"components": ComponentEntry, "include": IncludeEntry, "events": EventEntry, "connect": EdgeEntry, "record": RecordEntry,
          "only": EngineLimit, "watchdog": WatchdogEntry}  # below a key
 
 

@@ -11,6 +11,7 @@ from flight_graph.components import foreign
 from flight_graph.components.foreign import Consent, Foreign
 from flight_graph.engines.cache import cache_folder, keep
 from flight_graph.errors import FlightError
+from flight_graph.graphs import vehicles
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.text_files import parse_json
 
@@ -27,12 +28,13 @@ def read_scenario(bag: Bag, consent: Consent, with_figure: bool = False) -> Scen
     will be called as well.
     """
     data = _data(bag)
-    found = [code for name, entry in data["components"].items() if (code := _component(bag, name, entry["use"]))]
+    components = [(name, entry) for name, entry, _ in vehicles.components(data)]
+    found = [code for name, entry in components if (code := _component(bag, name, entry["use"]))]
     if with_figure and isinstance(data.get("figure"), str):
         found += [code for code in [_figure(bag, data["figure"])] if code]
     if found:
         consent(_where(bag), found)
-    for name, entry in data["components"].items():
+    for name, entry in components:
         if _is_file(entry["use"]):
             entry["use"] = _unpacked(bag, name, entry["use"])
     return Scenario(data, _where(bag))
@@ -47,9 +49,8 @@ def _data(bag):
         raise FlightError(f"{bag.path}: this bag carries no scenario; it was not recorded by a run of this project")
     content = bag.attachments[SCENARIO].data
     data = parse_json(content, f"{bag.path}: its attachment {SCENARIO}", LARGEST)
-    components = data.get("components") if isinstance(data, dict) else None
-    if not isinstance(components, dict) or not all(
-            isinstance(entry, dict) and isinstance(entry.get("use"), str) for entry in components.values()):
+    found = list(vehicles.components(data))
+    if not found or not all(isinstance(entry, dict) and isinstance(entry.get("use"), str) for _, entry, _ in found):
         raise FlightError(f"{bag.path}: its attachment {SCENARIO} is no scenario")
     for key, name in (("faults", INJECTED_FAULTS), ("events", SET_PARAMETERS)):
         if happened := bag.metadata.get(name, {}):

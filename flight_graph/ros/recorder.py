@@ -122,7 +122,7 @@ class Recorder:
         first = node.beginning.checkpoint.tick if node.beginning else 0
         self.begin_ns = first * scenario.graph.base_ns
         self.streams, self.listeners, self._formatted = [], [], {}
-        faulty = {fault.place.node for fault in scenario.faults.of_components().values()}
+        faulty = {fault.place.node for fault in scenario.faults.of_components()}
         for topic in bag.topics:
             if topic.formatted is None:
                 slotted = scenario.faults.is_irregular(topic.node, topic.port)
