@@ -16,6 +16,7 @@ from pathlib import Path
 
 import yaml
 
+from flight_graph.components.names import ros
 from flight_graph.components.records import flat
 from flight_graph.engines import compilation
 from flight_graph.engines.choice import check_engine
@@ -302,10 +303,10 @@ def _specs(scenario, work, folder, pace, factor, timeout_s, check_bounds, begin)
             values = {**values, "scenario": str(resolved), "out": str(folder), "events": str(work / EVENTS),
                       "begin": start}
         path = work / f"{name}.yaml"
-        path.write_text(yaml.safe_dump({f"/**/{name}": {"ros__parameters": values}}), encoding="utf-8", newline="\n")
+        path.write_text(yaml.safe_dump({f"/**/{ros(name)}": {"ros__parameters": values}}), encoding="utf-8", newline="\n")
         use = RECORDER if name == RECORDER else scenario.graph.nodes[name].use
         specs.append({"name": name, "use": use, "check_bounds": check_bounds,
-                      "arguments": ["--ros-args", "-r", f"__node:={name}", "--params-file", str(path)]})
+                      "arguments": ["--ros-args", "-r", f"__node:={name.rpartition('.')[2]}", "--params-file", str(path)]})
     return specs
 
 

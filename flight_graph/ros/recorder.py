@@ -10,6 +10,7 @@ import time
 from collections import deque
 from pathlib import Path
 
+from flight_graph.components.names import ros
 from flight_graph.errors import FlightError
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.bag_scenario import INJECTED_FAULTS, SET_PARAMETERS
@@ -271,7 +272,7 @@ def _wait_for_publishers(node, recorder, settings, progress):
     while True:
         missing = [f"{stream.subscription.topic} by the node {stream.topic.node}" for stream in recorder.streams
                    if stream.publishers() < 1]
-        missing += [f"{name}/_checkpoint" for name in (recorder.checkpoints.missing() if recorder.checkpoints else ())]
+        missing += [f"{ros(name)}/_checkpoint" for name in (recorder.checkpoints.missing() if recorder.checkpoints else ())]
         late = f"a publisher of {', '.join(missing)}" if missing else progress.unmatched()
         if late is None or node.should_end():
             return
