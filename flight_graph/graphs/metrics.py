@@ -11,7 +11,7 @@ from flight_graph.graphs import fault_scores, measures
 from flight_graph.graphs.scenario import Scenario
 
 
-def compute(scenario: Scenario, signals, finite: bool = True) -> dict:
+def compute(scenario: Scenario, signals, finite: bool = True, from_above: list | None = None) -> dict:
     """Return the metrics of a run by name, in plain types: those of the scenario's function, if it names one, its
     measures, and the scores of its faults and monitors (`flight_graph.graphs.fault_scores`).
 
@@ -19,11 +19,12 @@ def compute(scenario: Scenario, signals, finite: bool = True) -> dict:
 
     signals: a mapping topic -> structured array (a Recording, or a bag's signals). A metric that this run does not have is
     None; units and meanings: `flight_graph.graphs.glossary`. finite: NaN and infinity, which are no numbers either, become
-    None, as JSON has neither.
+    None, as JSON has neither. from_above: of a vehicle, as for `flight_graph.graphs.fault_scores.scores`.
     """
-    found = _own(scenario, signals, finite)
+    found = _own(scenario, signals, finite, from_above)
     for name, vehicle in scenario.vehicles.items():
-        inside = compute(vehicle, Inside(signals, name), finite)
+        struck = fault_scores.in_vehicle(scenario, signals, name, from_above)
+        inside = compute(vehicle, Inside(signals, name), finite, struck)
         found |= {names.joined(name, key): value for key, value in inside.items()}
     return found
 
@@ -48,12 +49,12 @@ class Inside:
         return namespaces.topic_within(topic.lstrip("/"), self._vehicle)
 
 
-def _own(scenario, signals, finite):
+def _own(scenario, signals, finite, from_above):
     """Of a scenario without its vehicles."""
     function = of(scenario)
     measured = {name: _plain(value, f"{scenario.origin}: measures.{name}", finite)
                 for name, value in measures.compute(scenario.measures, scenario, signals).items()}
-    scored = fault_scores.scores(scenario, signals) | measured
+    scored = fault_scores.scores(scenario, signals, from_above) | measured
     if function is None:
         return scored
     with told(f"{scenario.origin}: metrics: '{scenario.file.metrics}'"):

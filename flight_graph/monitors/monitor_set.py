@@ -97,7 +97,7 @@ class MonitorSet:
         if entry.when is not None:
             found = condition(entry.when, self._nodes, f"{where}.when")
         else:
-            if not _MESSAGE.fullmatch(entry.stale):
+            if not _MESSAGE.fullmatch(entry.stale) or "." in names.split(entry.stale, self._nodes)[1]:
                 raise FlightError(f"{where}.stale: '{short(entry.stale)}' is no message; write component.output")
             found = condition(f"age({entry.stale}) > {entry.after_s!r}", self._nodes, f"{where}.stale")
         for name, port in found.signals:
