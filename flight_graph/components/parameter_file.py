@@ -33,7 +33,7 @@ def overrides(path: Path, components: dict[str, tuple[str, Path | None]]) -> tup
     for section, entry in sections.items():
         values = {key: value for key, value in _flat(entry["ros__parameters"]).items()
                   if key.partition(".")[0] not in _OF_EVERY_NODE}
-        matched = [name for name, (use, _) in components.items() if _means(section, name, use, components)]
+        matched = _meant(section, components)
         if not matched:
             remarks.append(f"--params {path}: {unknown('component', section.rpartition('/')[2], components, section)}")
         known = {name: {*_entries(*components[name]), *_ALSO} for name in matched}
@@ -80,17 +80,21 @@ def _flat(values, prefix=""):
     return found
 
 
-def _means(section: str, name: str, use: str, names) -> bool:
-    """Whether a section means a component, by its name or by the executable that it is. names: all that there are."""
+def _meant(section: str, components: dict) -> list[str]:
+    """The components that a section means, by their names or by the executables that they are."""
+    found = [name for name, (use, _) in components.items() if _means(section, name, use)]
+    if "*" in section or section.strip("/").count("/") == 0:
+        return found
+    return [name for name in found if name.count(".") == max(one.count(".") for one in found)]  # /rover_a/law: of the vehicle
+
+
+def _means(section, name, use) -> bool:
     parts = [part for part in section.split("/") if part]
     namespace, _, own = name.rpartition(".")
     for called in (own, use.rpartition("/")[2] or " "):
         whole = "/" + ros(joined(namespace, called))
-        if len(parts) == 1 and "*" not in section:  # a name, in whatever namespace it runs
-            if parts[0] == called:
-                return True
-        elif "*" not in section:
-            if f"/{'/'.join(parts)}".endswith(whole) and (namespace or parts[0] not in _vehicles(names)):
+        if "*" not in section:  # in whatever namespace the graph runs, and one part in whatever vehicle
+            if parts == [called] or len(parts) > 1 and f"/{'/'.join(parts)}".endswith(whole):
                 return True
         elif _matches(["**", *parts] if len(parts) == 1 else parts, whole):
             return True
@@ -100,10 +104,6 @@ def _means(section: str, name: str, use: str, names) -> bool:
 def _matches(parts, whole) -> bool:
     pattern = "".join({"**": "(?:/[^/]+)*", "*": "/[^/]+"}.get(part, "/" + re.escape(part)) for part in parts)
     return re.fullmatch(pattern, whole) is not None
-
-
-def _vehicles(names) -> set[str]:
-    return {name.partition(".")[0] for name in names if "." in name}
 
 
 def _entries(use, folder):

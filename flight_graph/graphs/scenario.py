@@ -176,7 +176,7 @@ class Scenario:
     def _vehicle(self, name, entry) -> "Scenario":
         """The scenario under a name, whole by itself; what is one for all is taken from this one."""
         where = f"{self.origin}: include.{name}"
-        if isinstance(entry, str) or isinstance(entry.scenario, str) or entry.set:
+        if isinstance(entry.scenario, str) or entry.set:
             raise FlightError(f"{where}: scenarios are included where a file is read; here they have to stand in full")
         found = {"seed": vehicles.seed_of(self.seed, name), **vehicles.own(entry.scenario),
                  "duration_s": self.file.duration_s, "epoch_ns": self.file.epoch_ns}

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from flight_graph.bags.journal import FLUSH_PERIOD_S
 from flight_graph.errors import FlightError
@@ -100,8 +100,9 @@ class ScenarioFile(_Strict):
         "rate of the base tick [Hz]; the slowest that fits all rates when left out"))
     components: dict[str, ComponentEntry] = Field(default_factory=dict, max_length=MOST_COMPONENTS, description=(
         "name -> component, in the order in which they are listed"))
-    include: dict[str, str | IncludeEntry] | None = Field(None, max_length=100, description=(
-        "name -> scenario that flies in this one, its components named `name.component`; see vehicles.md"))
+    include: dict[str, IncludeEntry] | None = Field(None, max_length=100, description=(
+        "name -> scenario that flies in this one (a name or a file alone will do); its components are `name.component`, see "
+        "vehicles.md"))
     connect: dict[str, str | EdgeEntry] = Field(default_factory=dict, description=(
         "`component.port` of an input -> `component.port` of its source; inputs left out find theirs by topic"))
     record: RecordEntry = Field(default_factory=RecordEntry, description="what the bag holds")
@@ -122,6 +123,12 @@ class ScenarioFile(_Strict):
     only: EngineLimit | None = Field(None, description="the one engine that can run it, and why")
     vary: dict[str, Any] | None = Field(None, description="what `flight sweep` varies; see campaigns.md")
 
+    @field_validator("include", mode="before")
+    @classmethod
+    def _whole_entries(cls, value):
+        return {name: {"scenario": entry} if isinstance(entry, str) else entry for name, entry in value.items()} if (
+            isinstance(value, dict)) else value
+
     @classmethod
     def read(cls, data: dict, origin: str) -> "ScenarioFile":
         """Check the keys and the types of their values. Raises FlightError with the first thing that is wrong."""
@@ -133,7 +140,7 @@ class ScenarioFile(_Strict):
 
 def _first_sentence(error: ValidationError) -> str:
     first = error.errors()[0]
-    where = ".".join(short(str(part)) for part in first["loc"] if part not in ("str", "EdgeEntry", "IncludeEntry", "dict[str,any]"))
+    where = ".".join(short(str(part)) for part in first["loc"] if part not in ("str", "EdgeEntry", "dict[str,any]"))
     if first["type"] == "extra_forbidden":
         return f"{where}: there is no such key; allowed here: " + ", ".join(_keys_at(first["loc"]))
     if first["type"] == "string_pattern_mismatch":
