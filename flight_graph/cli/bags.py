@@ -120,12 +120,18 @@ def _mean_rate(stamps):
 def plot(
     bag: BagPath,
     out: Annotated[Path | None, typer.Option(help="The PNG to write; beside the bag when left out.")] = None,
+    vehicle: Annotated[str | None, typer.Option(help="Of a graph of several, the one that is drawn: rover_a.")] = None,
     trust: Trust = False,
 ) -> None:
     """Draw a run's overview figure from its bag."""
+    from flight_graph.graphs.metrics import vehicle_of
     from flight_graph.recordings.recording import open_run
     _, scenario, signals = open_run(bag, asked(trust), with_figure=True)
-    print(draw_overview(scenario, signals, out or _no_link(bag.with_name(bag.stem + ".png"))))
+    stem = bag.stem
+    if vehicle is not None:
+        scenario, signals = vehicle_of(scenario, signals, vehicle)
+        stem += f"-{vehicle}"
+    print(draw_overview(scenario, signals, out or _no_link(bag.with_name(stem + ".png"))))
 
 
 def draw_overview(scenario, signals, path: Path) -> Path:

@@ -2,10 +2,10 @@
 
     namespaces.within(CubliPlant, "rover_a")      # publishes rover_a/cubli/truth, in the frame rover_a/cubli_base
 
-In a scenario it is called ``USE@NAMESPACE``, as ``sim_nodes/cubli_plant@rover_a``. Topics that all nodes share by convention
-(``/diagnostics``, ``/tf``, ``/tf_static``) stay what they are; what travels there names its sender and its frames in full.
-The kernels are the same ones; the layout of messages is not (a frame's name is part of it), so their machine code is made for
-each length of a namespace.
+In a scenario it is called ``USE@NAMESPACE``, as ``sim_nodes/cubli_plant@rover_a``. Topics that all nodes share by
+convention (``/diagnostics``, ``/tf``, ``/tf_static``) stay what they are; what travels there names its sender and its
+frames in full. The kernels are the same ones; the layout of messages is not (a frame's name is part of it), so their
+machine code is made for each length of a namespace.
 """
 
 from dataclasses import replace

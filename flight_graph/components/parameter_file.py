@@ -85,7 +85,8 @@ def _meant(section: str, components: dict) -> list[str]:
     found = [name for name, (use, _) in components.items() if _means(section, name, use)]
     if "*" in section or section.strip("/").count("/") == 0:
         return found
-    return [name for name in found if name.count(".") == max(one.count(".") for one in found)]  # /rover_a/law: of the vehicle
+    deepest = max((name.count(".") for name in found), default=0)  # /rover_a/law: that of the vehicle
+    return [name for name in found if name.count(".") == deepest]
 
 
 def _means(section, name, use) -> bool:

@@ -137,10 +137,10 @@ class NodeFaults:
         return Channel(f"{self.node.name}.{port}", written, record, None, found)
 
     def _report(self, record, signal):
-        flags = [Effect(f"{self.node.name}.{fault.id}", fault, effects.FLAG, record, signal.dtype.fields[fault.id][1], count=1,
-                        node=self.node.name, condition=fault.condition) for fault in self.faults]
-        changed = Effect(f"{self.node.name} changed", self.faults[0], effects.ON_CHANGE, record, stamp=_stamp_offset(signal),
-                         kept=signal.dtype.itemsize)
+        flags = [Effect(f"{self.node.name}.{fault.id}", fault, effects.FLAG, record, signal.dtype.fields[fault.id][1],
+                        count=1, node=self.node.name, condition=fault.condition) for fault in self.faults]
+        changed = Effect(f"{self.node.name} changed", self.faults[0], effects.ON_CHANGE, record,
+                         stamp=_stamp_offset(signal), kept=signal.dtype.itemsize)
         return (*flags, changed)
 
     def _status(self, record, signal):
@@ -151,8 +151,8 @@ class NodeFaults:
             yield self._point(action.entry.id, effects.ACT, action.condition, record, signal, action)
 
     def _point(self, name, op, asked, record, signal, action=None):
-        return Effect(f"{self.node.name} {name}", None, op, record, signal.dtype.fields[name][1], count=1, node=self.node.name,
-                      condition=asked, action=action)
+        return Effect(f"{self.node.name} {name}", None, op, record, signal.dtype.fields[name][1], count=1,
+                      node=self.node.name, condition=asked, action=action)
 
     def _requests(self, port, written, record, signal):
         for action in self.monitors.actions:
@@ -211,7 +211,8 @@ def of(faults: FaultSet | None, node) -> NodeFaults | None:
     mine = faults.of(node.name)
     is_report = faults.is_report(node.name)
     silent = is_report or any(fault.place.kind == types.COMPONENT for fault in mine)
-    return NodeFaults(node, mine, silent, faults.monitors_at(node.name), tuple(faults.changes.get(node.name, ())), is_report)
+    return NodeFaults(node, mine, silent, faults.monitors_at(node.name), tuple(faults.changes.get(node.name, ())),
+                      is_report)
 
 
 

@@ -55,8 +55,8 @@ class Condition:
 
 
 def condition(text: str, nodes: dict, where: str, own: dict[str, places.Field] | None = None) -> Condition:
-    """A condition over the outputs of a graph. nodes: name, as the text has it -> node; own: numbers of the record that it decides about, by
-    name.
+    """A condition over the outputs of a graph. nodes: name, as the text has it -> node; own: numbers of the record that it
+    decides about, by name.
 
     Raises FlightError.
     """

@@ -61,9 +61,10 @@ class Fault:
 class FaultSet:
     """All faults of a graph. Raises FlightError, which begins with ``where`` and the fault's id.
 
-    nodes: name, as the entries have it -> node of the graph; seed: of the scenario. monitors: a `MonitorSet`, which stands in the schedule in
-    the same way: it watches signals, and sets parameters as faults do. epoch_ns: stamp of t = 0. is_live: faults may be
-    injected while the graph runs, so any message may be missing. changes: node -> the changes of its parameters in time
+    nodes: name, as the entries have it -> node of the graph; seed: of the scenario. monitors: a `MonitorSet`, which stands
+    in the schedule in the same way: it watches signals, and sets parameters as faults do. epoch_ns: stamp of t = 0.
+    is_live: faults may be injected while the graph runs, so any message may be missing. changes: node -> the changes of
+    its parameters in time
     (`flight_graph.graphs.events`), which stand in the schedule in the same way too. vehicles: the sets of the vehicles in
     the graph, by name, each with its own report and monitors.
     """

@@ -53,7 +53,10 @@ class Place:
 
 
 def place(text: str, nodes: dict, where: str) -> Place:
-    """The place that a text names in a graph. nodes: name, as the text has it -> node. Raises FlightError with the nearest names."""
+    """The place that a text names in a graph. nodes: name, as the text has it -> node.
+
+    Raises FlightError with the nearest names.
+    """
     if _ARROW in text:
         reader, _, rest = (part.strip() for part in text.partition(_ARROW))
         return _input(_node(reader, nodes, where), rest, where)

@@ -1,8 +1,8 @@
 """Parameters that follow from other components: ``gravity: "= plant.gravity"`` in a scenario or behind ``--set``.
 
 What stands behind the equals sign is arithmetic (+ - * / **), the functions and pi below, lists, and parameters of
-other components, ``component.parameter`` or ``component.parameter[0]``, ``rover_a.plant.gravity`` of a vehicle's. It is worked out once, before the run, from
-the other component's final values; the bag carries the number.
+other components, ``component.parameter`` or ``component.parameter[0]``, of a vehicle's ``rover_a.plant.gravity``. It is
+worked out once, before the run, from the other component's final values; the bag carries the number.
 """
 
 import ast

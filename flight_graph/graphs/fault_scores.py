@@ -26,8 +26,8 @@ METRICS = (
 def scores(scenario, signals, from_above: list | None = None) -> dict:
     """The scores of a run; {} where its scenario has neither faults nor monitors, or did not record them.
 
-    signals: a mapping topic -> structured array, as for `flight_graph.graphs.metrics.compute`; from_above: what `strikes` says
-    of the scenarios that include this one, None where none of their faults is of this vehicle.
+    signals: a mapping topic -> structured array, as for `flight_graph.graphs.metrics.compute`; from_above: what `strikes`
+    says of the scenarios that include this one, None where none of their faults is of this vehicle.
     """
     if scenario.faults.faults and REPORT not in signals:
         return {}

@@ -63,8 +63,8 @@ class Glossary:
 
 
 def of(scenario) -> Glossary:
-    """The glossary of a scenario: that of its metrics function's module, its measures, the scores of faults, and those of its
-    vehicles with their names in front.
+    """The glossary of a scenario: that of its metrics function's module, its measures, the scores of faults, and those of
+    its vehicles with their names in front.
 
     Raises FlightError.
     """

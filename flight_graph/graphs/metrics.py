@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from flight_graph.components import functions, names, namespaces
-from flight_graph.errors import FlightError
+from flight_graph.errors import FlightError, unknown
 from flight_graph.graphs import fault_scores, measures
 from flight_graph.graphs.scenario import Scenario
 
@@ -47,6 +47,15 @@ class Inside:
 
     def _whole(self, topic):
         return namespaces.topic_within(topic.lstrip("/"), self._vehicle)
+
+
+def vehicle_of(scenario: Scenario, signals, path: str) -> tuple[Scenario, Inside]:
+    """The scenario of a vehicle, ``rover_a`` or ``fleet.rover_a``, and its signals. Raises FlightError."""
+    for name in path.split("."):
+        if name not in scenario.vehicles:
+            raise unknown("vehicle", name, scenario.vehicles, scenario.name)
+        scenario, signals = scenario.vehicles[name], Inside(signals, name)
+    return scenario, signals
 
 
 def _own(scenario, signals, finite, from_above):
@@ -97,7 +106,9 @@ def check(scenario: Scenario) -> None:
 def figure(scenario: Scenario):
     """The function that draws a scenario's figure. Raises FlightError when it names none."""
     if not scenario.file.figure:
-        raise FlightError(f"{scenario.name} names no figure")
+        drawn = [name for name, vehicle in scenario.vehicles.items() if vehicle.file.figure]
+        raise FlightError(f"{scenario.name} names no figure" + (
+            f"; its vehicles {', '.join(drawn)} do: --vehicle {drawn[0]}" if drawn else ""))
     return load(scenario.file.figure, f"{scenario.origin}: figure", scenario.folder)
 
 

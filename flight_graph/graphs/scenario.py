@@ -59,13 +59,13 @@ class Scenario:
         if self.epoch_ns <= 0 or (self.epoch_ns + self.duration_ns) >= 2**31 * 10**9:
             raise FlightError(f"{origin}: epoch_ns: {self.epoch_ns} is not allowed; allowed: a stamp after 1970 whose "
                               "seconds fit 31 bits at the end of the run (ROS reads zero as 'no clock')")
+        if (count := sum(1 for _ in vehicles.components(self.file.model_dump()))) > MOST_COMPONENTS:
+            raise FlightError(f"{origin}: the graph has {count} components, those of vehicles among them; allowed: "
+                              f"{MOST_COMPONENTS}")
         self.vehicles = {name: self._vehicle(name, entry) for name, entry in (self.file.include or {}).items()}
         included = inside.nodes(self.vehicles)
         self.maker = NodeMaker(self.file.components, self.seed, origin, folder, {node.name: node for node in included})
         nodes = [*self.maker.nodes(), *included]
-        if len(nodes) > MOST_COMPONENTS:
-            raise FlightError(f"{origin}: the graph has {len(nodes)} components, those of vehicles among them; allowed: "
-                              f"{MOST_COMPONENTS}")
         base = None
         if self.file.base_rate_hz is not None:
             base = period_ns(self.file.base_rate_hz, f"{origin}: base_rate_hz")
@@ -180,15 +180,16 @@ class Scenario:
             raise FlightError(f"{where}: scenarios are included where a file is read; here they have to stand in full")
         found = {"seed": vehicles.seed_of(self.seed, name), **vehicles.own(entry.scenario),
                  "duration_s": self.file.duration_s, "epoch_ns": self.file.epoch_ns}
-        return Scenario(found, f"{where} ({short(str(found.get('name')), 60)})", Path(entry.folder) if entry.folder else None)
+        where = f"{where} ({short(str(found.get('name')), 60)})"
+        return Scenario(found, where, Path(entry.folder) if entry.folder else None)
 
     def _fault_set(self, scope: dict[str, Node], changes: dict | None = None) -> FaultSet:
         """Faults, monitors, and those of the vehicles. scope: name, as this scenario has it -> node of the whole graph."""
-        where = f"{self.origin}: faults"
         monitors = MonitorSet(self._watching, scope, f"{self.origin}: monitors") if self._watching else None
         found = {name: vehicle._fault_set({own: scope[names.joined(name, own)] for own in vehicle.graph.nodes})
                  for name, vehicle in self.vehicles.items()}
-        return FaultSet(self._entries, scope, self.seed, where, monitors, self.epoch_ns, bool(self.live_ids), changes, found)
+        return FaultSet(self._entries, scope, self.seed, f"{self.origin}: faults", monitors, self.epoch_ns,
+                        bool(self.live_ids), changes, found)
 
     @property
     def live_ids(self) -> list[str]:

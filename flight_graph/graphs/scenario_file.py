@@ -101,8 +101,8 @@ class ScenarioFile(_Strict):
     components: dict[str, ComponentEntry] = Field(default_factory=dict, max_length=MOST_COMPONENTS, description=(
         "name -> component, in the order in which they are listed"))
     include: dict[str, IncludeEntry] | None = Field(None, max_length=100, description=(
-        "name -> scenario that flies in this one (a name or a file alone will do); its components are `name.component`, see "
-        "vehicles.md"))
+        "name -> scenario that flies in this one (a name or a file alone will do); its components are `name.component`; "
+        "see vehicles.md"))
     connect: dict[str, str | EdgeEntry] = Field(default_factory=dict, description=(
         "`component.port` of an input -> `component.port` of its source; inputs left out find theirs by topic"))
     record: RecordEntry = Field(default_factory=RecordEntry, description="what the bag holds")
@@ -149,8 +149,8 @@ def _first_sentence(error: ValidationError) -> str:
     return f"{where}: {first['msg'].lower()} (got {short(repr(first['input']))})"
 
 
-PARTS = {"components": ComponentEntry, "include": IncludeEntry, "events": EventEntry, "connect": EdgeEntry, "record": RecordEntry,
-         "only": EngineLimit, "watchdog": WatchdogEntry}  # below a key
+PARTS = {"components": ComponentEntry, "include": IncludeEntry, "events": EventEntry, "connect": EdgeEntry,
+         "record": RecordEntry, "only": EngineLimit, "watchdog": WatchdogEntry}  # below a key
 
 
 def _keys_at(location):

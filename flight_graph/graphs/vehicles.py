@@ -1,8 +1,8 @@
 """The vehicles in a scenario's data: scenarios inside a scenario, each under a name, as `flight_graph.graphs.include` puts
 them there.
 
-What is one for all is decided by the scenario that includes (`OUTSIDE`); what an included one says about it is left out. Its
-seed follows from that of the whole and its name, unless one is set.
+What is one for all is decided by the scenario that includes (`OUTSIDE`); what an included one says about it is left out.
+Its seed follows from that of the whole and its name, unless one is set.
 """
 
 from collections.abc import Iterator
@@ -40,6 +40,14 @@ def inside(data) -> Iterator[tuple[str, dict, dict]]:
     for name, entry in mapping(mapping(data).get("include")).items():
         if isinstance(entry, dict) and isinstance(entry.get("scenario"), dict):
             yield str(name), entry, entry["scenario"]
+
+
+def values_of(data, key: str) -> Iterator[str]:
+    """Yield the texts that a key has in a scenario's gathered data and in those of its vehicles."""
+    if isinstance(mapping(data).get(key), str):
+        yield data[key]
+    for _, _, found in inside(data):
+        yield from values_of(found, key)
 
 
 def components(data, namespace: str = "", folder: Path | None = None) -> Iterator[tuple[str, dict, Path | None]]:

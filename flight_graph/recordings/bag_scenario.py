@@ -30,8 +30,8 @@ def read_scenario(bag: Bag, consent: Consent, with_figure: bool = False) -> Scen
     data = _data(bag)
     components = [(name, entry) for name, entry, _ in vehicles.components(data)]
     found = [code for name, entry in components if (code := _component(bag, name, entry["use"]))]
-    if with_figure and isinstance(data.get("figure"), str):
-        found += [code for code in [_figure(bag, data["figure"])] if code]
+    if with_figure:
+        found += [code for name in vehicles.values_of(data, "figure") if (code := _figure(bag, name))]
     if found:
         consent(_where(bag), found)
     for name, entry in components:

@@ -22,8 +22,8 @@ class Stopped(Exception):
 class ManagedNode(LifecycleNode):
     """The states of a node. A subclass has ``_configure()``, which raises FlightError.
 
-    name: by default; namespace: of the vehicle that it is in, as components are named. A node in one has its topics below the
-    root of the graph (`in_graph`), in whatever namespace the graph as a whole is.
+    name: by default; namespace: of the vehicle that it is in, as components are named. A node in one has its topics below
+    the root of the graph (`in_graph`), in whatever namespace the graph as a whole is.
     """
 
     def __init__(self, name: str, stopping: threading.Event | None = None, namespace: str = ""):

@@ -48,4 +48,5 @@ def run(bag_path, scenario: Scenario, component: str, answers: list, folder: Pat
 def _spec(work, name, use, values):
     path = work / f"{name}.yaml"
     path.write_text(yaml.safe_dump({f"/**/{ros(name)}": {"ros__parameters": values}}), encoding="utf-8", newline="\n")
-    return {"name": name, "use": use, "arguments": ["--ros-args", "-r", f"__node:={name.rpartition('.')[2]}", "--params-file", str(path)]}
+    return {"name": name, "use": use,
+            "arguments": ["--ros-args", "-r", f"__node:={name.rpartition('.')[2]}", "--params-file", str(path)]}

@@ -51,8 +51,8 @@ from sim_nodes.sensors.inertial import UNKNOWN
 class PhysicalPlantParameters(RoverParameters, SiteParameters):
     mass: float = field(2.0, unit="kg", gt=0, source="section 5", doc="mass, wheels included")
     length: float = field(0.2, unit="m", gt=0, source="section 5", doc="edge of the cube")
-    body_inertia: Mat3 = field(0.0, unit="kg m^2", doc="about the centre, wheels included, as a full matrix; 0: that of a solid "
-                                                       "cube, m l^2 / 6")
+    body_inertia: Mat3 = field(0.0, unit="kg m^2", doc=(
+        "about the centre, wheels included, as a full matrix; 0: that of a solid cube, m l^2 / 6"))
     friction: float = field(0.6, unit="1", gt=0, doc="friction coefficient of the ground")
     on_lift_off: Choice("fly", "hold") = field(
         "fly", doc="where the ground would have to pull: fly, or stay as if glued")

@@ -135,9 +135,9 @@ class CubliPlant(Component):
 
 
 def require_inertia(given: list, where: str, wheels: float = 0.0) -> None:
-    """Refuse an inertia (3, 3) [kg m^2] that no body has, or none that is left without its wheels'; all zero: none is given.
+    """Refuse an inertia (3, 3) [kg m^2] that no body has, or of which nothing is left without its wheels.
 
-    Raises FlightError.
+    All zero: none is given. Raises FlightError.
     """
     inertia = np.array(given, float)
     if not inertia.any():
@@ -145,9 +145,10 @@ def require_inertia(given: list, where: str, wheels: float = 0.0) -> None:
     if not np.allclose(inertia, inertia.T, rtol=1e-9, atol=0.0):
         raise FlightError(f"{where}: {inertia.tolist()} is not symmetric")
     principal = np.linalg.eigvalsh(inertia)
+    moments = ", ".join(f"{one:.4g}" for one in principal)
     if not principal[0] > wheels:
-        raise FlightError(f"{where}: its principal moments are {', '.join(f'{one:.4g}' for one in principal)} kg m^2; allowed: "
-                          f"greater than {f'the {wheels:g} kg m^2 of a wheel' if wheels else '0'}")
+        least = f"the {wheels:g} kg m^2 of a wheel" if wheels else "0"
+        raise FlightError(f"{where}: its principal moments are {moments} kg m^2; allowed: greater than {least}")
     if principal[2] > (principal[0] + principal[1]) * (1.0 + 1e-9):
-        raise FlightError(f"{where}: no body has the principal moments {', '.join(f'{one:.4g}' for one in principal)} kg m^2: "
-                          "the largest is at most the sum of the two others")
+        raise FlightError(f"{where}: no body has the principal moments {moments} kg m^2: the largest is at most the sum of "
+                          "the two others")
