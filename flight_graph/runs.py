@@ -27,6 +27,8 @@ class Outcome:
     lost: int = 0
     domain: int | None = None
     notes: list = field(default_factory=list)  # what was done to processes
+    earlier: list = field(default_factory=list)  # bags from before the run was taken back, the oldest first
+    was_ended: bool = False  # by who controls it; there are no metrics then
 
 
 def new_folder(wanted: Path | None, scenario: Scenario, engine: str) -> Path:
@@ -51,10 +53,12 @@ def _check_folder(folder: Path) -> None:
 
 
 def execute(scenario: Scenario, engine: str = "compiled", pace: str = "lockstep", out: Path | None = None,
-            progress=None, compiling=None, check_bounds: bool = False, tell=None, begin=None) -> Outcome:
+            progress=None, compiling=None, check_bounds: bool = False, tell=None, begin=None,
+            controlled: bool = False) -> Outcome:
     """Run a scenario and record it into a new folder. Raises FlightError.
 
-    begin: a `flight_graph.recordings.beginning.Beginning`, where the run does not begin at t = 0.
+    begin: a `flight_graph.recordings.beginning.Beginning`, where the run does not begin at t = 0. controlled: of nodes that
+    wait for the services of the node ``simulation`` (docs/simulation_control.md).
 
     progress(seconds simulated) is called now and then; compiling(components done, in all, names of those under way) while
     machine code is made; tell(sentence) of what a person should know before. check_bounds: an index beyond an array's end
@@ -65,11 +69,14 @@ def execute(scenario: Scenario, engine: str = "compiled", pace: str = "lockstep"
     if engine != "ros" and pace != "lockstep":
         raise FlightError(f"--pace {pace_text(pace, factor)}: the {engine} engine runs as fast as it can; a pace is kept "
                           "with --engine ros")
+    if controlled and engine != "ros":
+        raise FlightError(f"--control: the {engine} engine has no services; a run is controlled with --engine ros "
+                          "(flight step goes through one in process)")
     metrics.of(scenario)  # a name that is wrong is found before the flight
     folder = new_folder(out, scenario, engine)
     _prepare(folder.parent)
     if engine == "ros":
-        return _ros(scenario, folder, pace, factor, progress, compiling, check_bounds, tell, begin)
+        return _ros(scenario, folder, pace, factor, progress, compiling, check_bounds, tell, begin, controlled)
     from numba import config
 
     from flight_graph.engines.compiled import CompiledRun
@@ -122,12 +129,11 @@ def simulate(scenario: Scenario):
     return CompiledRun(scenario).run()
 
 
-def _ros(scenario, folder, pace, factor, progress, compiling, check_bounds, tell, begin):
+def _ros(scenario, folder, pace, factor, progress, compiling, check_bounds, tell, begin, controlled):
     from flight_graph.bags.reader import read_bag
     from flight_graph.recordings.recording import BagSignals
     from flight_graph.ros import launcher
-    result = launcher.run(scenario, folder, pace, factor, progress, compiling, check_bounds, tell, begin)
-    signals = BagSignals(read_bag(folder), scenario)
-    return Outcome(folder, "ros", pace_text(pace, factor), result.wall_s, 0.0,
-                   metrics.compute(scenario, signals), result.statistics, int(result.outcome.get("lost", 0)),
-                   result.domain, result.notes)
+    result = launcher.run(scenario, folder, pace, factor, progress, compiling, check_bounds, tell, begin, controlled)
+    found = {} if result.was_ended else metrics.compute(scenario, BagSignals(read_bag(result.bag), scenario))
+    return Outcome(result.bag, "ros", pace_text(pace, factor), result.wall_s, 0.0, found, result.statistics,
+                   int(result.outcome.get("lost", 0)), result.domain, result.notes, result.earlier, result.was_ended)

@@ -1,5 +1,6 @@
 """flight list, run, node: what there is, and running it."""
 
+import glob
 import json
 import os
 import signal
@@ -76,6 +77,9 @@ def run(
                                               "of it, and --duration counts from there.")] = None,
     engine: Annotated[str, typer.Option(help="compiled, python (the same kernels, uncompiled) or ros.")] = "compiled",
     pace: Annotated[str, typer.Option(help="ros only: lockstep, realtime or realtime:FACTOR.")] = "lockstep",
+    control: Annotated[bool, typer.Option(
+        "--control", help="ros only: wait at the start, to be let go, paused, stepped and taken back by the services of "
+                          "the node 'simulation' (docs/simulation_control.md).")] = False,
     settings: Settings = None,
     params: Params = None,
     case: Annotated[int | None, typer.Option(help="Run this case of the scenario's 'vary' block.")] = None,
@@ -115,7 +119,7 @@ def run(
     with RunProgress(loaded, not as_json) as progress:
         try:
             outcome = runs.execute(loaded, engine, pace, folder, progress.advance, progress.compiling,
-                                   check_bounds, tell=status, begin=start.begin if start else None)
+                                   check_bounds, tell=status, begin=start.begin if start else None, controlled=control)
         except (KeyboardInterrupt, FlightError) as error:
             reason = str(error) or "interrupted"
             raise FlightError(f"{reason}; {_what_is_left(folder)}") from None
@@ -129,11 +133,15 @@ def run(
             "ros_domain_id": outcome.domain, "begins": start.begin.metadata() if start else None,
             "metrics": outcome.metrics, "units": _units(loaded, outcome.metrics),
             "statistics": outcome.statistics, "watchdog": outcome.notes,
+            "earlier_bags": [str(bag) for bag in outcome.earlier], "was_ended": outcome.was_ended,
             "warnings": loaded.warnings(), "differs_from_its_row": differing}))
         return
     if start:
         status(start.begin.sentence())
-    console.print(metrics_table(loaded, outcome))
+    if outcome.was_ended:
+        status("the run was ended by who controls it; its bag is whole up to there, and metrics are of whole runs")
+    else:
+        console.print(metrics_table(loaded, outcome))
     for note in outcome.notes:
         status(note)
     if outcome.lost:
@@ -178,6 +186,8 @@ def _case(scenario, number) -> str:
 
 def _what_is_left(folder) -> str:
     from flight_graph.bags.errors import quoted
+    segments = [folder, *folder.parent.glob(f"{glob.escape(folder.name)}_reset_*")]  # of a run that was taken back
+    folder = max((path for path in segments if path.exists()), key=lambda path: path.stat().st_mtime, default=folder)
     if (folder / "metadata.yaml").exists():
         return f"the bag up to here is {quoted(folder)}"
     if any(folder.glob("*.mcap")):

@@ -67,8 +67,8 @@ def _frame(name, namespace):
 def _formatted(made: Formatted, namespace: str) -> Formatted:
     function = made.function
 
-    def formatted(record):
-        message = function(record)
+    def formatted(record, *scene):
+        message = function(record, *scene)
         _name_in_full(message, namespace)
         return message
 

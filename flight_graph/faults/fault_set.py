@@ -138,6 +138,9 @@ def _fault(entry, nodes, seed, where) -> Fault:
     breakable = {name: one for name, one in nodes.items() if name.rpartition(".")[2] != REPORT}
     found = place(entry.at, breakable, f"{where}.at")
     kind, node = TYPES[entry.type], next(one for one in breakable.values() if one.name == found.node)
+    if node.component.is_foreign:
+        raise FlightError(f"{where}.at: {found.node} is a foreign node, which nothing here can break; break what it reads "
+                          "where that is published, or its answers where they are read")
     _refuse_truth(entry, found, node, where)
     if found.kind not in kind.places:
         raise FlightError(f"{where}: {entry.type} has no meaning for {found.kind} ({entry.at}); allowed there: "

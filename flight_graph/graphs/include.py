@@ -13,10 +13,9 @@ from pathlib import Path
 from flight_graph.errors import FlightError
 from flight_graph.graphs import setting
 from flight_graph.graphs.source import read_file
-from flight_graph.graphs.vehicles import folder_of, mapping, own
+from flight_graph.graphs.vehicles import DEEPEST, folder_of, mapping, own
 from flight_graph.text_files import short, size_text
 
-DEEPEST = 5  # scenarios in each other
 MOST = 100  # scenarios in one, all in all
 LARGEST = 4 << 20  # [bytes] of their files, all in all
 

@@ -11,7 +11,8 @@ from flight_graph.graphs import fault_scores, measures
 from flight_graph.graphs.scenario import Scenario
 
 
-def compute(scenario: Scenario, signals, finite: bool = True, from_above: list | None = None) -> dict:
+def compute(scenario: Scenario, signals, finite: bool = True, reduced: dict | None = None,
+            from_above: list | None = None) -> dict:
     """Return the metrics of a run by name, in plain types: those of the scenario's function, if it names one, its
     measures, and the scores of its faults and monitors (`flight_graph.graphs.fault_scores`).
 
@@ -19,12 +20,13 @@ def compute(scenario: Scenario, signals, finite: bool = True, from_above: list |
 
     signals: a mapping topic -> structured array (a Recording, or a bag's signals). A metric that this run does not have is
     None; units and meanings: `flight_graph.graphs.glossary`. finite: NaN and infinity, which are no numbers either, become
-    None, as JSON has neither. from_above: of a vehicle, as for `flight_graph.graphs.fault_scores.scores`.
+    None, as JSON has neither. reduced: the measures by name, where they were taken while the run flew. from_above: of a
+    vehicle, as for `flight_graph.graphs.fault_scores.scores`.
     """
-    found = _own(scenario, signals, finite, from_above)
+    found = _own(scenario, signals, finite, reduced, from_above)
     for name, vehicle in scenario.vehicles.items():
         struck = fault_scores.in_vehicle(scenario, signals, name, from_above)
-        inside = compute(vehicle, Inside(signals, name), finite, struck)
+        inside = compute(vehicle, Inside(signals, name), finite, None, struck)
         found |= {names.joined(name, key): value for key, value in inside.items()}
     return found
 
@@ -58,11 +60,11 @@ def vehicle_of(scenario: Scenario, signals, path: str) -> tuple[Scenario, Inside
     return scenario, signals
 
 
-def _own(scenario, signals, finite, from_above):
+def _own(scenario, signals, finite, reduced, from_above):
     """Of a scenario without its vehicles."""
     function = of(scenario)
     measured = {name: _plain(value, f"{scenario.origin}: measures.{name}", finite)
-                for name, value in measures.compute(scenario.measures, scenario, signals).items()}
+                for name, value in _measured(scenario, signals, reduced).items()}
     scored = fault_scores.scores(scenario, signals, from_above) | measured
     if function is None:
         return scored
@@ -76,6 +78,12 @@ def _own(scenario, signals, finite, from_above):
                           "too")
     return scored | {str(name): _plain(value, f"{scenario.origin}: metrics: '{scenario.file.metrics}' gives {name}", finite)
                      for name, value in found.items()}
+
+
+def _measured(scenario, signals, reduced):
+    if reduced is None:
+        return measures.compute(scenario.measures, scenario, signals)
+    return {one.name: reduced.get(one.name) for one in scenario.measures}
 
 
 @contextmanager

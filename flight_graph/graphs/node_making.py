@@ -4,8 +4,9 @@ from pathlib import Path
 
 from flight_graph.components import declared, registry
 from flight_graph.errors import FlightError, unknown
-from flight_graph.graphs import expressions
+from flight_graph.graphs import expressions, foreign_nodes
 from flight_graph.graphs.graph import Node
+from flight_graph.graphs.scenario_file import FOREIGN
 from flight_math.noise import stream_key
 
 
@@ -18,12 +19,12 @@ class NodeMaker:
 
     def __init__(self, entries: dict, seed: int, origin: str, folder: Path | None, vehicles: dict[str, Node]):
         self._entries, self._seed, self._origin, self._folder = entries, seed, origin, folder
-        self._outside = {name: node.values for name, node in vehicles.items()}
+        self._vehicles, self._outside = list(vehicles.values()), {name: node.values for name, node in vehicles.items()}
         self.without_effect = {}
 
     def nodes(self) -> list[Node]:
         """The nodes in the order of the file; one that reads another's parameters is made after it."""
-        made, waiting = {}, dict(self._entries)
+        made, waiting = {}, {name: entry for name, entry in self._entries.items() if entry.use != FOREIGN}
         while waiting:
             known = {**self._outside, **{name: node.values for name, node in made.items()}}
             ready = [name for name, entry in waiting.items() if not self.read_by(name, entry) & waiting.keys()]
@@ -32,6 +33,9 @@ class NodeMaker:
                                   "(or from themselves) in a circle")
             for name in ready:
                 made[name] = self._node(name, waiting.pop(name), known)
+        others = [*made.values(), *self._vehicles]
+        made |= {name: foreign_nodes.node(name, entry, others, f"{self._origin}: components.{name}")
+                 for name, entry in self._entries.items() if entry.use == FOREIGN}
         return [made[name] for name in self._entries]
 
     def read_by(self, name: str, entry) -> set[str]:
@@ -43,6 +47,8 @@ class NodeMaker:
                 for other in expressions.references(value, known, where):
                     if other not in known:
                         raise unknown("component", other, known, where)
+                    if other in self._entries and self._entries[other].use == FOREIGN:
+                        raise FlightError(f"{where}: {other} is a foreign node, whose parameters are its own")
                     read.add(other)
         return read
 
@@ -50,6 +56,7 @@ class NodeMaker:
         where = f"{self._origin}: components.{name}"
         given = {key: expressions.evaluate(value, known, f"{where}.parameters.{key}")
                  if expressions.is_expression(value) else value for key, value in entry.parameters.items()}
+        foreign_nodes.refuse_keys(entry, where)
         try:
             use = registry.absolute(entry.use, self._folder)
             component = registry.component(use)

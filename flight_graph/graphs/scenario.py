@@ -21,25 +21,25 @@ It is validated as a whole before anything runs; an error names the file and the
 from pathlib import Path
 from typing import Any
 
-from flight_graph.components import declared, functions, names
+from flight_graph.components import declared, names
 from flight_graph.components.foreign import Consent, agree
 from flight_graph.errors import FlightError, unknown
 from flight_graph.faults import fault_file, report
 from flight_graph.faults.fault_set import FaultSet
-from flight_graph.graphs import events, include, inside, measures, vehicles
+from flight_graph.graphs import events, foreign_nodes, include, inside, measures, vehicles
+from flight_graph.graphs.added_nodes import added_nodes
 from flight_graph.graphs.graph import Edge, Graph, Node
 from flight_graph.graphs.named_code import foreign_code
 from flight_graph.graphs.node_making import NodeMaker
 from flight_graph.graphs.scenario_file import MOST_COMPONENTS, EdgeEntry, EventEntry, ScenarioFile
+from flight_graph.graphs.scenario_names import check_names
 from flight_graph.graphs.setting import override
 from flight_graph.graphs.source import read_file
 from flight_graph.graphs.vary import Vary
 from flight_graph.monitors import monitor_file
-from flight_graph.monitors.monitor_set import MonitorSet, component_of
+from flight_graph.monitors.monitor_set import MonitorSet
 from flight_graph.text_files import short
 from flight_graph.timebase import SECOND, duration_ns, next_checkpoint_ns, period_ns
-
-_TAKEN = ("recorder", "replayer", report.REPORT, report.MONITORS)
 
 
 class Scenario:
@@ -51,9 +51,10 @@ class Scenario:
 
     def __init__(self, data: dict, origin: str, folder: Path | None = None):
         self.origin, self.folder = origin, folder
+        self.tapes = {}  # (node, port) -> (ticks, records): what foreign nodes said, of a recorded run
+        vehicles.refuse_too_deep(data, origin)
         self.file = ScenarioFile.read(data, origin)
-        self._check_names()
-        self._check_functions()
+        check_names(self.file, origin)
         self.duration_ns = duration_ns(self.file.duration_s, f"{origin}: duration_s")
         self.epoch_ns = self.file.epoch_ns
         if self.epoch_ns <= 0 or (self.epoch_ns + self.duration_ns) >= 2**31 * 10**9:
@@ -72,7 +73,7 @@ class Scenario:
         self._entries = self._with_spares(fault_file.read(self.file.faults or [], f"{origin}: faults"))
         self._watching = monitor_file.read(self.file.monitors, f"{origin}: monitors") if (
             self.file.monitors is not None) else None
-        nodes += self._added(nodes, self._entries, self._watching)
+        nodes += added_nodes(nodes, self._entries, self._watching, origin)
         try:
             self.graph = Graph(nodes, self._connections(), base)
             for node in nodes:
@@ -96,6 +97,15 @@ class Scenario:
     @property
     def seed(self) -> int:
         return self.file.seed
+
+    @property
+    def foreign(self) -> list[str]:
+        """The components that are foreign nodes."""
+        return [name for name, node in self.graph.nodes.items() if node.is_foreign]
+
+    def is_irregular(self, node: str, port: str) -> bool:
+        """Whether messages of an output may be missing, by faults, or because a foreign node is late."""
+        return self.graph.nodes[node].is_foreign or self.faults.is_irregular(node, port)
 
     @property
     def ticks(self) -> int:
@@ -143,6 +153,9 @@ class Scenario:
         data = self.file.model_dump(by_alias=True, exclude_none=True, exclude={"vary"})
         for name in self.file.components:
             node = self.graph.nodes[name]
+            if node.is_foreign:
+                data["components"][name] = foreign_nodes.entry_of(node)
+                continue
             data["components"][name] = {"use": node.use, "rate_hz": node.rate_hz, "parameters": dict(node.values)}
         for name, vehicle in self.vehicles.items():
             found = vehicles.own(vehicle.resolved())
@@ -164,14 +177,25 @@ class Scenario:
         for name in names:
             node = self.graph.nodes[name]
             for port, signal in node.component.outputs.items():
-                if wanted is not None and signal.topic not in wanted:
+                if wanted is not None and signal.topic not in wanted and not node.is_foreign:  # without it, no run again
                     continue
                 every = 1
+                if node.is_foreign:
+                    plan[name, port] = every
+                    continue
                 if self.file.record.max_rate_hz and not self.faults.is_report(name):  # which speaks at changes alone
                     rate = 1e9 / node.output_period_ns(port)
                     every = max(1, -(-int(round(rate * 1e6)) // int(round(self.file.record.max_rate_hz * 1e6))))
                 plan[name, port] = every
         return plan
+
+    def measured(self) -> dict[tuple[str, str], tuple[int, list[measures.Measure]]]:
+        """(node, port) -> every how manieth message is recorded, and the measures of it, of the outputs that have some."""
+        found = {}
+        for output, every in self.recorded().items():
+            mine = [one for one in self.measures if (one.node, one.port) == output]
+            found |= {output: (every, mine)} if mine else {}
+        return found
 
     def _vehicle(self, name, entry) -> "Scenario":
         """The scenario under a name, whole by itself; what is one for all is taken from this one."""
@@ -181,7 +205,11 @@ class Scenario:
         found = {"seed": vehicles.seed_of(self.seed, name), **vehicles.own(entry.scenario),
                  "duration_s": self.file.duration_s, "epoch_ns": self.file.epoch_ns}
         where = f"{where} ({short(str(found.get('name')), 60)})"
-        return Scenario(found, where, Path(entry.folder) if entry.folder else None)
+        made = Scenario(found, where, Path(entry.folder) if entry.folder else None)
+        if made.foreign:
+            raise FlightError(f"{where}: components.{made.foreign[0]}: a foreign node cannot be in a vehicle; make it a "
+                              "component of the scenario that includes")
+        return made
 
     def _fault_set(self, scope: dict[str, Node], changes: dict | None = None) -> FaultSet:
         """Faults, monitors, and those of the vehicles. scope: name, as this scenario has it -> node of the whole graph."""
@@ -209,20 +237,6 @@ class Scenario:
         return [*(entry for entry in entries if entry.id not in live),
                 *(live.get(name) or fault_file.spare(name) for name in self.live_ids)]
 
-    def _added(self, nodes, entries, watching):
-        """The components that follow from the blocks ``monitors`` and ``faults``."""
-        added = []
-        if watching:
-            where = f"{self.origin}: monitors"
-            name, component = component_of(watching, {node.name: node for node in nodes}, where)
-            period_ns(watching.rate_hz, f"{where}.rate_hz")
-            added.append(Node(report.MONITORS, name, component, {}, watching.rate_hz))
-        if entries:
-            identifiers = [entry.id for entry in entries]
-            added.append(Node(report.REPORT, report.use(identifiers), report.fault_report(tuple(identifiers)), {},
-                              report.report_rate_hz(nodes)))
-        return added
-
     def _connections(self):
         connections = inside.edges(self.vehicles)
         for target, source in self.file.connect.items():
@@ -235,28 +249,6 @@ class Scenario:
                     raise FlightError(f"connect: '{short(text)}' is not of the form component.port")
             connections[tuple(target.rsplit(".", 1))] = Edge(*source.rsplit(".", 1), delay)
         return connections
-
-    def _check_names(self):
-        included = self.file.include or {}
-        if not self.file.components and not included:
-            raise FlightError(f"{self.origin}: components: there is none; a graph has at least one")
-        for key, found in (("components", self.file.components), ("include", included)):
-            for name in found:
-                if not names.is_word(name):
-                    raise FlightError(f"{self.origin}: {key}.{short(name)}: this is no name of a node; allowed: "
-                                      f"{names.ALLOWED}")
-                if name in _TAKEN:
-                    raise FlightError(
-                        f"{self.origin}: {key}.{name}: this name is taken by a node of every run; take another")
-        for name in included:
-            if name in self.file.components:
-                raise FlightError(f"{self.origin}: include.{name}: a component has this name; take another")
-
-    def _check_functions(self):
-        """The forms of the names; the functions themselves are loaded when they are called for."""
-        for key in ("metrics", "figure"):
-            if name := getattr(self.file, key):
-                functions.check_name(name, f"{self.origin}: {key}")
 
     def _check_recorded_topics(self):
         topics = [signal.topic for _, _, signal in self.graph.outputs()]

@@ -7,7 +7,7 @@ from flight_graph.components import registry
 from flight_graph.errors import FlightError, unknown
 from flight_graph.faults import fault_file, report
 from flight_graph.graphs import vehicles
-from flight_graph.graphs.scenario_file import ScenarioFile
+from flight_graph.graphs.scenario_file import FOREIGN, FOREIGN_KEYS, ScenarioFile
 
 
 def override(data: dict, overrides: dict[str, Any], origin: str = "--set", folder: Path | None = None,
@@ -60,13 +60,15 @@ def _put(data, key, value, where, is_inside, known):
         raise unknown("component", component, known, where)
     entry = data["components"][component]
     if parameter == "use":
+        for port in FOREIGN_KEYS:
+            entry.pop(port, None)
         try:
             entries = registry.component(str(value)).parameters.entries
         except FlightError as error:
             raise FlightError(f"{where}: {error}") from None
         kept = {name: given for name, given in (entry.get("parameters") or {}).items() if name in entries}
         entry.update(use=value, parameters=kept)
-    elif parameter == "rate_hz":
+    elif parameter == "rate_hz" or entry.get("use") == FOREIGN and parameter in FOREIGN_KEYS:
         entry[parameter] = value
     else:
         entry["parameters"] = {**(entry.get("parameters") or {}), parameter: value}

@@ -9,14 +9,25 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from flight_graph.components import names
+from flight_graph.errors import FlightError
 from flight_math.noise import stream_key
 
+DEEPEST = 5  # scenarios in each other
 OUTSIDE = ("duration_s", "epoch_ns", "base_rate_hz", "record", "live_faults", "watchdog", "vary")
 
 
 def seed_of(seed: int, name: str) -> int:
     """The seed of a vehicle, from that of the scenario that includes it."""
     return stream_key(seed, f"vehicle {name}")
+
+
+def refuse_too_deep(data, where: str) -> None:
+    """Refuse scenarios that are more than `DEEPEST` deep in each other. Raises FlightError."""
+    level = [data]
+    for _ in range(DEEPEST + 1):
+        level = [found for one in level for _, _, found in inside(one)]
+    if level:
+        raise FlightError(f"{where}: scenarios include each other more than {DEEPEST} deep")
 
 
 def own(data: dict) -> dict:

@@ -14,6 +14,7 @@ from flight_graph.errors import FlightError
 from flight_graph.graphs import vehicles
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.text_files import parse_json
+from flight_graph.timebase import SECOND
 
 SCENARIO = "scenario.json"  # name of the attachment a bag can be run again from
 INJECTED_FAULTS = "flight_graph.injected"  # metadata: the faults that were injected during the run, as JSON
@@ -21,13 +22,15 @@ SET_PARAMETERS = "flight_graph.set"  # metadata: the parameters that were set du
 LARGEST = 4 << 20  # [bytes] of it
 
 
-def read_scenario(bag: Bag, consent: Consent, with_figure: bool = False) -> Scenario:
+def read_scenario(bag: Bag, consent: Consent, with_figure: bool = False, set_before_ns: int | None = None) -> Scenario:
     """The scenario of a run's bag. Raises FlightError.
 
     consent: is asked before code runs that does not come with the packages; with_figure: the function that draws the run
-    will be called as well.
+    will be called as well. set_before_ns: forget the parameters that were set during the run at this time [ns] or later.
     """
     data = _data(bag)
+    if set_before_ns is not None:
+        _forget(bag, data, set_before_ns)
     components = [(name, entry) for name, entry, _ in vehicles.components(data)]
     found = [code for name, entry in components if (code := _component(bag, name, entry["use"]))]
     if with_figure:
@@ -49,6 +52,7 @@ def _data(bag):
         raise FlightError(f"{bag.path}: this bag carries no scenario; it was not recorded by a run of this project")
     content = bag.attachments[SCENARIO].data
     data = parse_json(content, f"{bag.path}: its attachment {SCENARIO}", LARGEST)
+    vehicles.refuse_too_deep(data, _where(bag))
     found = list(vehicles.components(data))
     if not found or not all(isinstance(entry, dict) and isinstance(entry.get("use"), str) for _, entry, _ in found):
         raise FlightError(f"{bag.path}: its attachment {SCENARIO} is no scenario")
@@ -58,6 +62,14 @@ def _data(bag):
             data[key] = [*(known if isinstance(known, list) else []),
                          *(parse_json(text, where, LARGEST) for text in happened.values())]
     return data
+
+
+def _forget(bag, data, from_ns):
+    """Take out of ``events`` what was set during the run from a time on."""
+    happened = [parse_json(text, "", LARGEST) for text in bag.metadata.get(SET_PARAMETERS, {}).values()]
+    late = [entry for entry in happened if round(entry["at_s"] * SECOND) >= from_ns]
+    if late:
+        data["events"] = [entry for entry in data["events"] if entry not in late]
 
 
 def _is_file(use):

@@ -77,6 +77,16 @@ def continued(text: str, settings: dict | None = None, duration_s: float | None 
                   [run.changes_sentence()] if run.changed else [])
 
 
+def taken_back(path: Path, t_ns: int) -> Continuation:
+    """A run that was ended at a later time, to go on from a tick of it; what was set from there on is forgotten.
+
+    Whoever ran it has agreed to its code. Raises FlightError.
+    """
+    run = open_recorded(path, trust=True, set_before_ns=t_ns)
+    memory = memory_at(run, t_ns // run.scenario.graph.base_ns)
+    return branch(run.scenario, memory, path.resolve().name, {})
+
+
 def memory_at(run: RecordedRun, tick: int, progress=None, compiling=None) -> Checkpoint:
     """The memory of a recorded run before a tick. Raises FlightError where the bag does not reach to it."""
     where, base_ns = f"bag {quoted(run.bag.path)}", run.scenario.graph.base_ns
@@ -119,6 +129,9 @@ def branch(scenario: Scenario, memory: Checkpoint, parent: str, settings: dict, 
         if not 0.0 < duration_s < 1e9:
             raise FlightError(f"--duration {duration_s:g}: allowed: a time in seconds greater than 0")
         settings = {**settings, "duration_s": (memory.t_ns + round(duration_s * SECOND)) / SECOND}
+    if changes and scenario.foreign:
+        raise FlightError(f"--set: {' and '.join(scenario.foreign)} stands for a foreign node; what it would have answered "
+                          "to a change is not in the bag")
     changed = _with(scenario, settings, memory.tick) if settings else scenario
     if memory.tick >= changed.ticks:
         raise FlightError(f"at t = {memory.t_ns / SECOND:.9g} s the run of {changed.duration_ns / SECOND:g} s is over; "

@@ -26,7 +26,7 @@ class Progress:
         self._watched = settings.supervised and not settings.clock_master
         self._beats = getattr(settings, "beats_often", False)
         self._epoch_ns, self._told_ns, self._said = settings.epoch_ns, -1, 0.0
-        self._every_ns = 0 if self._beats else settings.window_ns // 4
+        self._every_ns = 0 if self._beats or settings.control else settings.window_ns // 4
         self._publisher = RawPublisher(node, f"{ros(node.graph_name)}/_progress", _TYPE, _QOS) if self._watched else None
 
     def unmatched(self) -> str | None:

@@ -12,8 +12,8 @@ corner with the wheels locked, wheels of axial inertia J_w:
     (Theta - J_w 1) omega' = M_g + u + M_d - omega x (Theta omega + J_w Omega),   Omega' = -u / J_w - omega'.
 
 *An inertia of the user's own* (p.body_inertia, a full matrix, wheels included): J. In the paper's model J stands for I0,
-and the gyroscopic moment that a scalar has not comes in: J omega' = M_g + u - omega x (J omega) + J d. In the physical model
-it is the inertia about the centre, so Theta = J + m l^2 (3/4 1 - 1/4 [1 1 1]^T [1 1 1]).
+and the gyroscopic moment that a scalar has not comes in: J omega' = M_g + u - omega x (J omega) + J d. In the physical
+model it is the inertia about the centre, so Theta = J + m l^2 (3/4 1 - 1/4 [1 1 1]^T [1 1 1]).
 
 In both the torque u is held over the step and the integrator is the classical Runge-Kutta of fourth order. p: parameters
 of `sim_nodes.cubli.plant` and `sim_nodes.cubli.physical_plant`.
