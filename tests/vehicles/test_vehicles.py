@@ -80,10 +80,12 @@ def test_plain_python_and_the_data_of_a_bag(group):
 def test_topics_and_frames(group):
     signal = group[1]["fl/abcd/chain/imu"].signal
     assert signal.fixed["header.frame_id"] == "fl/abcd/chain"
-    plant = load("rovers_and_lander").graph.nodes["rover_a.plant"].component
-    pose = plant.outputs["pose"].zeros(1).view(np.recarray)[0]
-    made = next(one for one in plant.formatted if one.topic == "tf").function(pose)
-    assert [(one.header.frame_id, one.child_frame_id) for one in made.transforms] == [("rover_a/site", "rover_a/cubli_base")]
+    plant = load("rovers_and_lander").graph.nodes["rover_a.plant"]
+    messages = {one.topic: one.function(plant.component.outputs[one.port].zeros(1).view(np.recarray)[0])
+                for one in plant.component.said(plant.values)}
+    frames = {(one.header.frame_id, one.child_frame_id) for topic in ("tf", "tf_static") for one in messages[topic].transforms}
+    assert ("rover_a/site", "rover_a/cubli_base") in frames and {name.split("/")[0] for pair in frames for name in pair} == {"rover_a"}
+    assert {one.header.frame_id.split("/")[0] for one in messages["rover_a/scene"].markers} == {"rover_a"}
 
 
 def test_a_path_from_outside_is_the_key_inside():
