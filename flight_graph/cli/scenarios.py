@@ -194,7 +194,7 @@ def _what_is_left(folder) -> str:
 def node(
     context: typer.Context,
     package: Annotated[str, typer.Argument(
-        help="cubli_ros, sim_nodes, ...; or 'package/executable' or 'file.py:Class' in place of both.")],
+        help="cubli_ros, sim_nodes, ...; or 'package/executable', 'file.py:Class', either with '@namespace', for both.")],
 ) -> None:
     """Run one node, as ros2 run would: flight node PACKAGE EXECUTABLE [ROS ARGS]."""
     from flight_graph.ros.entry import main, run_component
@@ -202,8 +202,9 @@ def node(
         print(context.command.get_help(context))
         return
     arguments = list(context.args)
-    if ":" in package or package.endswith(".py"):
-        raise typer.Exit(run_component(package, package.rpartition(":")[2].lower(), arguments))
+    if set(":@") & set(package) or package.endswith(".py"):
+        plain = package.partition("@")[0]
+        raise typer.Exit(run_component(package, (plain.rpartition(":")[2] or plain).rpartition("/")[2].lower(), arguments))
     if "/" in package:  # as scenarios write it
         package, _, executable = package.partition("/")
         arguments.insert(0, executable)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import yaml
 
+from flight_graph.components.names import ros
 from flight_graph.components.records import flat
 from flight_graph.engines import compilation
 from flight_graph.engines.choice import check_engine
@@ -225,11 +226,11 @@ def _specs(work, pace, timeout_s, check_bounds, scenario, folder, begin, control
         elif name == SIMULATION:
             values = {**values, "begin_ns": begin.checkpoint.t_ns if begin else 0, "resets": True}
         path = work / f"{name}.yaml"
-        path.write_text(yaml.safe_dump({f"/**/{name}": {"ros__parameters": values}}), encoding="utf-8", newline="\n")
+        path.write_text(yaml.safe_dump({f"/**/{ros(name)}": {"ros__parameters": values}}), encoding="utf-8", newline="\n")
         use = scenario.graph.nodes[name].use if name in scenario.graph.nodes else (
             name if name in (RECORDER, SIMULATION) else STAND_IN)
         specs.append({"name": name, "use": use, "check_bounds": check_bounds,
-                      "arguments": ["--ros-args", "-r", f"__node:={name}", "--params-file", str(path)]})
+                      "arguments": ["--ros-args", "-r", f"__node:={name.rpartition('.')[2]}", "--params-file", str(path)]})
     return specs
 
 
