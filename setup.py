@@ -1,7 +1,8 @@
 """One Python distribution that is six ament packages to ROS 2.
 
 Every name in ``AMENT_PACKAGES`` gets what a ROS 2 package has: a marker in the ament index,
-``share/<name>/package.xml``, ``share/<name>/launch``, ``share/<name>/config`` and its executables in ``lib/<name>``.
+``share/<name>/package.xml``, ``share/<name>/launch``, ``share/<name>/config``, ``share/<name>/urdf`` and its executables
+in ``lib/<name>``.
 They reach the install prefix as data files: pip, ``pip -e`` and colcon (linked or not) put them in the same places.
 """
 
@@ -91,7 +92,7 @@ def data_files() -> list[tuple[str, list[str]]]:
         renamed = manifest.replace(f"<name>{NAME}</name>", f"<name>{package}</name>")
         own = "package.xml" if package == NAME else write(GENERATED / package / "package.xml", renamed)
         files.append((f"share/{package}", [own]))
-        for kind in ("launch", "config"):
+        for kind in ("launch", "config", "urdf"):
             root = Path(kind, package)
             for path in sorted(p for p in root.rglob("*") if p.is_file() and "__pycache__" not in p.parts):
                 folder = Path("share", package, kind, path.parent.relative_to(root))

@@ -22,5 +22,6 @@ EXECUTABLES = {
     "spacerobot_plant": "sim_nodes.spacerobot.plant:SpaceRobotPlant",
     "spacerobot_prediction": "sim_nodes.spacerobot.prediction:SpaceRobotPrediction",
     "spacerobot_star_tracker": "sim_nodes.spacerobot.sensors:SpaceRobotStarTracker",
+    "stand_in": "flight_graph.ros.stand_in:main",
     "scenario": "flight_graph.cli.scenario_program:main",
 }

@@ -16,8 +16,8 @@ from flight_graph.graphs.scenario import Scenario
 from flight_graph.graphs.vary import Vary
 from flight_math.kernel import fingerprint, library
 
-_LOOP = ("flight_graph.engines.driver", "flight_graph.engines.effects", "flight_graph.engines.condition_steps",
-         "flight_graph.engines.addresses")
+_LOOP = tuple(f"flight_graph.engines.{name}" for name in (
+    "driver", "effects", "reductions", "condition_steps", "addresses"))
 _DRAWS = tuple(f"flight_graph.sampling.{name}" for name in (
     "combinations", "correlated", "distributions", "normal", "plan", "sampler", "sources"))
 _SCORES = "flight_graph.graphs.fault_scores"

@@ -1,4 +1,4 @@
-"""What a campaign says, as data: rates and percentiles with their intervals, sensitivities, worst cases, comparisons.
+"""What a campaign says, as data: rates and percentiles with their intervals, sensitivities, worst cases.
 
 Everything is by group (`flight_graph.campaigns.values`), and everything that is missing is counted beside what is there:
 ``without`` (a run that ended badly, or has no such metric) and ``not_a_number`` (NaN or infinity). A rate counts both as no
@@ -13,7 +13,6 @@ import numpy as np
 from flight_graph.campaigns.folder import Campaign
 from flight_graph.campaigns.values import Values
 from flight_graph.errors import FlightError
-from flight_graph.statistics.pairs import differences, rate_difference
 from flight_graph.statistics.percentiles import bound, percentile
 from flight_graph.statistics.rates import rate
 from flight_graph.statistics.sensitivities import rank_correlations, sobol_indices
@@ -58,7 +57,7 @@ def report(campaign: Campaign, choices: Choices = Choices()) -> dict:
     groups = [{"group": group.label, "rows": int(group.rows.sum()), "ok": int((group.rows & values.ok).sum()), "rates": [],
                "metrics": [], "texts": []} for group in values.groups]
     for name, column, empty in values.read(names):
-        kind = _kind(values, name, column)
+        kind = kind_of(values, name)
         for group, found in zip(values.groups, groups):
             entry = {"metric": name, "unit": values.columns[name].unit, "without": int(empty[group.rows].sum()),
                      **_JUDGED[kind](values, column, group.rows, choices)}
@@ -111,39 +110,10 @@ def worst(campaign: Campaign, metric: str, count: int, smallest: bool = False, c
     return {"metric": metric, "unit": values.columns[metric].unit, "smallest": smallest, "groups": groups}
 
 
-def compare(campaign: Campaign, other: Campaign, choices: Choices = Choices()) -> dict:
-    """Case by case: ``other`` less this one, of each group; ``not_compared``: metrics that are texts, or of one alone.
-
-    Raises FlightError where their draws are not the same.
-    """
-    a, b = Values(campaign, choices.pool), Values(other, choices.pool)
-    _check_draws(a, b)
-    cases, in_a, in_b = np.intersect1d(a.cases, b.cases, assume_unique=True, return_indices=True)
-    if not len(cases):
-        raise FlightError(f"--compare {other.path}: the two campaigns have no case in common")
-    common = [name for name in a.metrics if name in b.metrics]
-    names = [a.checked(name, "--metric") for name in choices.metrics] or common
-    groups = [{"group": group.label, "pairs": int(group.rows[in_a].sum()), "rates": [], "metrics": []}
-              for group in a.groups]
-    apart = sorted(set(a.metrics) ^ set(b.metrics)) if not choices.metrics else []
-    for (name, one, _), (_, two, _) in zip(a.read(names), b.read([b.checked(name, "--metric") for name in names])):
-        kinds = {_kind(a, name, one), _kind(b, name, two)}
-        if "texts" in kinds:
-            apart.append(name)
-            continue
-        kind = "rates" if kinds == {"rates"} else "metrics"
-        for group, found in zip(a.groups, groups):
-            rows = group.rows[in_a]
-            left, right = one[in_a][rows], two[in_b][rows]
-            if kind == "rates":
-                entry = asdict(rate_difference(left == 1, right == 1, choices.confidence)) | {
-                    "without_a": int(np.isnan(left).sum()), "without_b": int(np.isnan(right).sum())}
-            else:
-                entry = asdict(differences(_finite(left), _finite(right), choices.confidence))
-            found[kind].append({"metric": name, "unit": a.columns[name].unit, **entry})
-    return {"campaign": str(campaign.path), "other": str(other.path), "only_here": len(a.cases) - len(cases),
-            "only_there": len(b.cases) - len(cases), "confidence": choices.confidence, "groups": groups,
-            "not_compared": apart}
+def kind_of(values: Values, name: str) -> str:
+    """rates: what is true or false; texts; else metrics, whole numbers among them: a count that was 0 or 1 is no rate."""
+    kind = values.columns[name].type
+    return "rates" if kind == "bool" else "texts" if "string" in kind else "metrics"
 
 
 def _rate(values, column, rows, choices):
@@ -177,15 +147,6 @@ def _text(values, column, rows, choices):
 _JUDGED = {"rates": _rate, "metrics": _metric, "texts": _text}
 
 
-def _kind(values, name, column) -> str:
-    """rates: true or false, or whole numbers that are 0 or 1; texts; else metrics."""
-    if isinstance(column, list):
-        return "texts"
-    kind = values.columns[name].type
-    whole = kind == "int64" and ((column == 0) | (column == 1) | np.isnan(column)).all()
-    return "rates" if kind == "bool" or whole else "metrics"
-
-
 def _numeric(values, name, option):
     _, column, _ = next(values.read([name]))
     if isinstance(column, list):
@@ -202,21 +163,6 @@ def _indices(values, column, group, choices):
     ordered = np.full(int(draws.max()) + 1, np.nan)
     ordered[draws] = column[mine]
     return sobol_indices(ordered, ["+".join(keys) for keys in values.vary.sampler.factors], choices.confidence)
-
-
-def _check_draws(a, b):
-    where = f"--compare {b.campaign.path}"
-    for part in ("random", "correlated", "function", "seed", "sampling"):
-        if getattr(a.vary.file, part) != getattr(b.vary.file, part):
-            raise FlightError(f"{where}: its draws are others (vary.{part} differs), so its cases are not those of "
-                              f"{a.campaign.path}")
-    if len(a.combinations) != len(b.combinations):
-        raise FlightError(f"{where}: it has {len(b.combinations)} combinations, {a.campaign.path} has "
-                          f"{len(a.combinations)}; cases with the same number are not the same draw")
-
-
-def _finite(column):
-    return np.where(np.isfinite(column), column, np.nan)
 
 
 def _notes(values, missing, choices):

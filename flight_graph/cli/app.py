@@ -20,6 +20,7 @@ from flight_graph.cli import (
     scenarios,
     step,
     sweep,
+    urdf,
 )
 
 app = typer.Typer(
@@ -29,6 +30,7 @@ app = typer.Typer(
 scenarios.register(app)
 step.register(app)
 layout.register(app)
+urdf.register(app)
 check.register(app)
 compile.register(app)
 fault.register(app)

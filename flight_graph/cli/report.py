@@ -33,6 +33,9 @@ def report(
     smallest: Annotated[bool, typer.Option("--smallest", help="--worst: the smallest values are the worst.")] = False,
     compare: Annotated[Path | None, typer.Option(
         metavar="DIR", help="Another campaign on the same draws: its values less those of this one, case by case.")] = None,
+    between: Annotated[str | None, typer.Option(
+        metavar="KEY|GROUP", help="Groups that differ in this key alone, on the same draws: each less the first; or all "
+                                  "groups less this one.")] = None,
     pool: Annotated[bool, typer.Option("--pool", help="Put all combinations (variants, grid) together.")] = False,
     html: Annotated[Path | None, typer.Option(
         metavar="FILE", help="Write all of it, with figures, into one HTML file that needs nothing else.")] = None,
@@ -45,26 +48,28 @@ def report(
 
     Combinations are never put together unless --pool says so, and what is missing is counted. See docs/statistics.md.
     """
+    from flight_graph.campaigns import paired
     from flight_graph.campaigns import report as reports
     from flight_graph.campaigns.folder import Campaign
     campaign = Campaign.at(folder)
     choices = reports.Choices(confidence, share, share_confidence, tuple(metrics or ()), pool)
-    asked = bool(sensitivity or worst or compare or html)
+    asked = bool(sensitivity or worst or compare or between or html)
     if html is not None:
         _page(campaign, choices, html, flights, count, trust, as_json)
     with working(f"reading {folder}", not as_json):
         found = reports.report(campaign, choices) if as_json or not asked else None
         ranked = [reports.sensitivities(campaign, name, choices) for name in sensitivity or []]
         listed = [reports.worst(campaign, name, count, smallest, choices) for name in worst or []]
-        compared = reports.compare(campaign, Campaign.at(compare), choices) if compare else None
+        compared = paired.compare(campaign, Campaign.at(compare), choices) if compare else None
+        beside = paired.between(campaign, between, choices) if between else None
     if as_json:
         print(json.dumps(found | {"sensitivities": [entry for groups in ranked for entry in groups], "worst": listed,
-                                  "comparison": compared, "page": str(html) if html else None}))
+                                  "comparison": compared, "between": beside, "page": str(html) if html else None}))
         return
     tables = [*(overview_tables(found) if found else ()),
               *(table for groups in ranked for table in sensitivity_tables(groups)),
               *(table for entry in listed for table in worst_tables(entry, folder)),
-              *(comparison_tables(compared) if compared else ())]
+              *(comparison_tables(compared) if compared else ()), *(comparison_tables(beside) if beside else ())]
     for table in tables:
         console.print(table, **({"markup": False} if isinstance(table, str) else {}))
 

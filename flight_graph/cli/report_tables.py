@@ -75,12 +75,13 @@ def worst_tables(entry: dict, folder):
 
 
 def comparison_tables(found: dict):
-    """Differences case by case of two campaigns."""
+    """Differences case by case of two campaigns, or of groups of one."""
     level = f"{100 * found['confidence']:g} %"
     rows = [(_of(group), _named(one), one["pairs"], one["both"], one["only_a"], one["only_b"], _short(one["value"]),
              _short(one["low"]), _short(one["high"]), _short(one["probability"]))
             for group in found["groups"] for one in group["rates"]]
-    yield f"{found['other']} less {found['campaign']}, case by case"
+    yield (f"{found['other']} less {found['campaign']}, case by case" if "other" in found
+           else f"groups of {found['campaign']} on the same draws, by {found['between']}")
     yield from _table(rows, f"rates (interval of Tango, {level}; last: McNemar's exact test)", "group", "metric", "pairs",
                       "both", "only first", "only second", "difference", "from", "to", "by chance")
     rows = [(_of(group), _named(one), one["pairs"], _short(one["mean"]), _short(one["mean_low"]), _short(one["mean_high"]),
@@ -90,7 +91,9 @@ def comparison_tables(found: dict):
     yield from _table(rows, f"differences, with {level} intervals (mean: Student, median: order statistics)", "group",
                       "metric", "pairs", "mean", "from", "to", "median", "from", "to", "larger", "smaller",
                       "only first, only second, none")
-    if found["only_here"] or found["only_there"]:
+    if found.get("without_partner"):
+        yield f"note: {found['without_partner']} runs have no partner"
+    if found.get("only_here") or found.get("only_there"):
         yield f"note: {found['only_here']} runs of the first and {found['only_there']} of the second have no partner"
     if found["not_compared"]:
         yield f"note: not compared, being texts or in one campaign alone: {', '.join(found['not_compared'])}"

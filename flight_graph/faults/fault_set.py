@@ -118,6 +118,9 @@ def _fault(entry, nodes, seed, where) -> Fault:
         return Fault(entry, Place(types.COMPONENT, REPORT), Window(FOREVER, FOREVER, 0, 0), None, 0)
     found = place(entry.at, {name: one for name, one in nodes.items() if name != REPORT}, f"{where}.at")
     kind, node = TYPES[entry.type], nodes[found.node]
+    if node.component.is_foreign:
+        raise FlightError(f"{where}.at: {found.node} is a foreign node, which nothing here can break; break what it reads "
+                          "where that is published, or its answers where they are read")
     _refuse_truth(entry, found, node, where)
     if found.kind not in kind.places:
         raise FlightError(f"{where}: {entry.type} has no meaning for {found.kind} ({entry.at}); allowed there: "

@@ -11,17 +11,17 @@ from flight_graph.graphs import fault_scores, measures
 from flight_graph.graphs.scenario import Scenario
 
 
-def compute(scenario: Scenario, signals, finite: bool = True) -> dict:
+def compute(scenario: Scenario, signals, finite: bool = True, reduced: dict | None = None) -> dict:
     """Return the metrics of a run by name, in plain types: those of the scenario's function, if it names one, its
     measures, and the scores of its faults and monitors (`flight_graph.graphs.fault_scores`).
 
     signals: a mapping topic -> structured array (a Recording, or a bag's signals). A metric that this run does not have is
     None; units and meanings: `flight_graph.graphs.glossary`. finite: NaN and infinity, which are no numbers either, become
-    None, as JSON has neither.
+    None, as JSON has neither. reduced: the measures by name, where they were taken while the run flew.
     """
     function = of(scenario)
     measured = {name: _plain(value, f"{scenario.origin}: measures.{name}", finite)
-                for name, value in measures.compute(scenario.measures, scenario, signals).items()}
+                for name, value in _measured(scenario, signals, reduced).items()}
     scored = fault_scores.scores(scenario, signals) | measured
     if function is None:
         return scored
@@ -35,6 +35,12 @@ def compute(scenario: Scenario, signals, finite: bool = True) -> dict:
                           "too")
     return scored | {str(name): _plain(value, f"{scenario.origin}: metrics: '{scenario.file.metrics}' gives {name}", finite)
                      for name, value in found.items()}
+
+
+def _measured(scenario, signals, reduced):
+    if reduced is None:
+        return measures.compute(scenario.measures, scenario, signals)
+    return {one.name: reduced.get(one.name) for one in scenario.measures}
 
 
 @contextmanager

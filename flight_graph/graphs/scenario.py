@@ -29,10 +29,10 @@ from flight_graph.components.foreign import Consent, agree
 from flight_graph.errors import FlightError, unknown
 from flight_graph.faults import fault_file, report
 from flight_graph.faults.fault_set import FaultSet
-from flight_graph.graphs import events, expressions, measures
+from flight_graph.graphs import events, expressions, foreign_nodes, measures
 from flight_graph.graphs.graph import Edge, Graph, Node
 from flight_graph.graphs.named_code import foreign_code
-from flight_graph.graphs.scenario_file import EdgeEntry, ScenarioFile
+from flight_graph.graphs.scenario_file import FOREIGN, FOREIGN_KEYS, EdgeEntry, ScenarioFile
 from flight_graph.graphs.vary import Vary
 from flight_graph.monitors import monitor_file
 from flight_graph.monitors.monitor_set import MonitorSet, component_of
@@ -53,6 +53,7 @@ class Scenario:
 
     def __init__(self, data: dict, origin: str, folder: Path | None = None):
         self.origin, self.folder = origin, folder
+        self.tapes = {}  # (node, port) -> (ticks, records): what foreign nodes said, of a recorded run
         self.file = ScenarioFile.read(data, origin)
         self._check_names()
         self._check_functions()
@@ -97,6 +98,15 @@ class Scenario:
         return self.file.seed
 
     @property
+    def foreign(self) -> list[str]:
+        """The components that are foreign nodes."""
+        return [name for name, node in self.graph.nodes.items() if node.is_foreign]
+
+    def is_irregular(self, node: str, port: str) -> bool:
+        """Whether messages of an output may be missing, by faults, or because a foreign node is late."""
+        return self.graph.nodes[node].is_foreign or self.faults.is_irregular(node, port)
+
+    @property
     def ticks(self) -> int:
         """The tick behind the last one."""
         return -(-self.duration_ns // self.graph.base_ns)
@@ -123,6 +133,9 @@ class Scenario:
         data = self.file.model_dump(by_alias=True, exclude_none=True, exclude={"vary"})
         for name in self.file.components:
             node = self.graph.nodes[name]
+            if node.is_foreign:
+                data["components"][name] = foreign_nodes.entry_of(node)
+                continue
             data["components"][name] = {"use": node.use, "rate_hz": node.rate_hz, "parameters": dict(node.values)}
         data["connect"] = {
             f"{node.name}.{port}": {"from": f"{edge.node}.{edge.port}", "delay": edge.delay}
@@ -137,18 +150,30 @@ class Scenario:
         for name in names:
             node = self.graph.nodes[name]
             for port, signal in node.component.outputs.items():
-                if wanted is not None and signal.topic not in wanted:
+                if wanted is not None and signal.topic not in wanted and not node.is_foreign:  # without it, no run again
                     continue
                 every = 1
+                if node.is_foreign:
+                    plan[name, port] = every
+                    continue
                 if self.file.record.max_rate_hz and name != report.REPORT:  # which speaks at changes alone
                     rate = 1e9 / node.output_period_ns(port)
                     every = max(1, -(-int(round(rate * 1e6)) // int(round(self.file.record.max_rate_hz * 1e6))))
                 plan[name, port] = every
         return plan
 
+    def measured(self) -> dict[tuple[str, str], tuple[int, list[measures.Measure]]]:
+        """(node, port) -> every how manieth message is recorded, and the measures of it, of the outputs that have some."""
+        found = {}
+        for output, every in self.recorded().items():
+            mine = [one for one in self.measures if (one.node, one.port) == output]
+            found |= {output: (every, mine)} if mine else {}
+        return found
+
     def _nodes(self):
         """The nodes in the order of the file; one that reads another's parameters is made after it."""
-        made, waiting = {}, dict(self.file.components)
+        made = {}
+        waiting = {name: entry for name, entry in self.file.components.items() if entry.use != FOREIGN}
         while waiting:
             known = {name: node.values for name, node in made.items()}
             ready = [name for name, entry in waiting.items() if not self._read_by(name, entry) & waiting.keys()]
@@ -157,6 +182,9 @@ class Scenario:
                                   "(or from themselves) in a circle")
             for name in ready:
                 made[name] = self._node(name, waiting.pop(name), known)
+        own = list(made.values())
+        made |= {name: foreign_nodes.node(name, entry, own, f"{self.origin}: components.{name}")
+                 for name, entry in self.file.components.items() if entry.use == FOREIGN}
         return [made[name] for name in self.file.components]
 
     @property
@@ -200,6 +228,8 @@ class Scenario:
                 for other in expressions.references(value, where):
                     if other not in self.file.components:
                         raise unknown("component", other, self.file.components, where)
+                    if self.file.components[other].use == FOREIGN:
+                        raise FlightError(f"{where}: {other} is a foreign node, whose parameters are its own")
                     read.add(other)
         return read
 
@@ -207,6 +237,7 @@ class Scenario:
         where = f"{self.origin}: components.{name}"
         given = {key: expressions.evaluate(value, known, f"{where}.parameters.{key}")
                  if expressions.is_expression(value) else value for key, value in entry.parameters.items()}
+        foreign_nodes.refuse_keys(entry, where)
         try:
             use = registry.absolute(entry.use, self.folder)
             component = registry.component(use)
@@ -244,6 +275,9 @@ class Scenario:
             if name in _TAKEN:
                 raise FlightError(
                     f"{self.origin}: components.{name}: this name is taken by a node of every run; take another")
+            if self.file.components[name].use == FOREIGN and foreign_nodes.stand_in_of(name) in self.file.components:
+                raise FlightError(f"{self.origin}: components.{foreign_nodes.stand_in_of(name)}: this name is taken by the "
+                                  f"stand-in of the foreign node {name}; take another")
 
     def _check_functions(self):
         """The forms of the names; the functions themselves are loaded when they are called for."""
@@ -357,13 +391,15 @@ def override(data: dict, overrides: dict[str, Any], origin: str = "--set", folde
             raise unknown("component", component, data["components"], f"{origin} {key}")
         entry = data["components"][component]
         if parameter == "use":
+            for port in FOREIGN_KEYS:
+                entry.pop(port, None)
             try:
                 entries = registry.component(registry.absolute(str(value), folder)).parameters.entries
             except FlightError as error:
                 raise FlightError(f"{origin} {key}: {error}") from None
             kept = {name: given for name, given in (entry.get("parameters") or {}).items() if name in entries}
             entry.update(use=value, parameters=kept)
-        elif parameter == "rate_hz":
+        elif parameter == "rate_hz" or entry.get("use") == FOREIGN and parameter in FOREIGN_KEYS:
             entry[parameter] = value
         else:
             entry["parameters"] = {**(entry.get("parameters") or {}), parameter: value}

@@ -1,6 +1,6 @@
 """The keys of a scenario file; what they mean together is checked in `flight_graph.graphs.scenario`."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -10,6 +10,9 @@ from flight_graph.text_files import short
 from flight_graph.timebase import J2000
 
 MOST_COMPONENTS = 200  # of a scenario
+FOREIGN = "foreign"  # the ``use`` of a node that is not ours
+FOREIGN_KEYS = ("inputs", "outputs", "answer_within_s", "late")  # of such a component alone
+PortName = Annotated[str, Field(max_length=100, pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
 TopicName = Annotated[str, Field(max_length=255, pattern=r"^/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*$")]
 
 
@@ -21,10 +24,19 @@ class ComponentEntry(_Strict):
     """One component of the graph."""
 
     use: str = Field(max_length=1000, description=(
-        "`package/executable`, `module:Class`, or `file.py:Class` relative to the scenario"))
+        "`package/executable`, `module:Class`, or `file.py:Class` relative to the scenario; `foreign`: a node that is not "
+        "ours, see foreign.md"))
     rate_hz: float | None = Field(None, description="firing rate [Hz]; the component's own when left out")
     parameters: dict[str, Any] = Field(default_factory=dict, description=(
         'values that differ from the defaults; `"= plant.gravity"` follows another component\'s'))
+    inputs: dict[PortName, TopicName] | None = Field(None, max_length=100, description=(
+        "of a foreign node: port -> topic that it subscribes to"))
+    outputs: dict[PortName, TopicName] | None = Field(None, max_length=100, description=(
+        "of a foreign node: port -> topic that it publishes"))
+    answer_within_s: float | None = Field(None, gt=0, le=1e6, allow_inf_nan=False, description=(
+        "of a foreign node: wall time [s] in which it has to answer a stamp in lockstep; 5 when left out"))
+    late: Literal["stop", "hold"] | None = Field(None, description=(
+        "of a foreign node, when it has not: `stop` ends the run (when left out), `hold` goes on with its last message"))
 
 
 class EdgeEntry(_Strict):
@@ -125,7 +137,9 @@ def _first_sentence(error: ValidationError) -> str:
     if first["type"] == "extra_forbidden":
         return f"{where}: there is no such key; allowed here: " + ", ".join(_keys_at(first["loc"]))
     if first["type"] == "string_pattern_mismatch":
-        allowed = "letters, digits and _ - ." if where == "name" else "a topic's name: letters, digits, _ and /"
+        allowed = "a topic's name: letters, digits, _ and /"
+        if where == "name" or "[key]" in where:
+            allowed = "letters, digits and _ - ." if where == "name" else "letters, digits and _"
         return f"{where}: {short(repr(first['input']))} is not allowed; allowed: {allowed}"
     return f"{where}: {first['msg'].lower()} (got {short(repr(first['input']))})"
 

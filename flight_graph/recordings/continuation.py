@@ -129,6 +129,9 @@ def branch(scenario: Scenario, memory: Checkpoint, parent: str, settings: dict, 
         if not 0.0 < duration_s < 1e9:
             raise FlightError(f"--duration {duration_s:g}: allowed: a time in seconds greater than 0")
         settings = {**settings, "duration_s": (memory.t_ns + round(duration_s * SECOND)) / SECOND}
+    if changes and scenario.foreign:
+        raise FlightError(f"--set: {' and '.join(scenario.foreign)} stands for a foreign node; what it would have answered to "
+                          "a change is not in the bag")
     changed = _with(scenario, settings, memory.tick) if settings else scenario
     if memory.tick >= changed.ticks:
         raise FlightError(f"at t = {memory.t_ns / SECOND:.9g} s the run of {changed.duration_ns / SECOND:g} s is over; "

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from flight_graph.bags.reader import Bag, read_bag
 from flight_graph.components.foreign import consent
 from flight_graph.engines.checkpoint import Checkpoint
@@ -80,7 +82,9 @@ class RecordedRun:
 def shortened(scenario: Scenario, duration_ns: int) -> Scenario:
     """The scenario, ended earlier."""
     data = scenario.file.model_dump(by_alias=True, exclude_none=True)
-    return Scenario({**data, "duration_s": duration_ns / 1e9}, scenario.origin)
+    made = Scenario({**data, "duration_s": duration_ns / 1e9}, scenario.origin)
+    made.tapes = scenario.tapes
+    return made
 
 
 def open_recorded(path, trust=False, set_before_ns: int | None = None) -> RecordedRun:
@@ -92,6 +96,7 @@ def open_recorded(path, trust=False, set_before_ns: int | None = None) -> Record
     """
     bag = read_bag(path)
     scenario = read_scenario(bag, consent(trust), set_before_ns=set_before_ns)
+    scenario.tapes = tapes(bag, scenario)
     made, ended, here = bag.metadata.get("flight_graph", {}), bag.metadata.get("flight_graph.outcome", {}), versions()
     changed = {name: (made.get(name, "unknown"), now) for name, now in here.items() if made.get(name) != now}
     begin = beginning.read_beginning(bag)
@@ -99,3 +104,15 @@ def open_recorded(path, trust=False, set_before_ns: int | None = None) -> Record
         begin = beginning.with_what_was_set(begin, scenario)
     return RecordedRun(bag, scenario, made.get("engine", "unknown"), made.get("pace", "unknown"),
                        ended.get("complete") == "true", "recovered" in bag.metadata, changed, begin)
+
+
+def tapes(bag: Bag, scenario: Scenario) -> dict:
+    """(node, port) -> (ticks, records): what the foreign nodes of a run said. Raises FlightError."""
+    signals, found, base_ns = BagSignals(bag, scenario), {}, scenario.graph.base_ns
+    for name in scenario.foreign:
+        for port, signal in scenario.graph.nodes[name].component.outputs.items():
+            stamps, records = np.empty(0, np.int64), signal.zeros(0)
+            if signal.topic in signals:
+                stamps, records = bag.stamps_ns(f"/{signal.topic}") - scenario.epoch_ns, signals[signal.topic]
+            found[name, port] = stamps // base_ns, records
+    return found

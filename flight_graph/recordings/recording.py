@@ -48,7 +48,7 @@ def recorded_topics(scenario: Scenario) -> list[RecordedTopic]:
         period = node.output_period_ns(port)
         topics.append(RecordedTopic(
             signal.topic, signal.type_name, signal.role, name, port, signal, period, period * every))
-        for made in node.component.formatted:
+        for made in node.component.said(node.values):
             if made.port == port:
                 topics.append(RecordedTopic(
                     made.topic, made.type_name, made.role, name, port, signal, period, period * every, made))

@@ -10,6 +10,7 @@ with a sentence and status 1 when any node ends before. Machine code that is mis
 """
 
 import json
+import os
 import tempfile
 from pathlib import Path
 
@@ -23,7 +24,7 @@ from flight_graph.graphs import scenario as scenarios
 from flight_graph.graphs.overrides import overrides
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.ros.installed import not_live
-from flight_graph.ros.launcher import node_parameters
+from flight_graph.ros.launcher import STAND_IN, foreign_sentences, node_parameters
 from flight_graph.ros.node_processes import RECORDER, how_it_ended
 from flight_graph.ros.patience import patience_s
 from flight_graph.ros.simulation_settings import NODE as SIMULATION
@@ -73,8 +74,10 @@ def node_table(scenario: Scenario, pace: str, factor: float, out: str, origin: s
             rows.append({"package": "sim_nodes", "executable": "recorder", "name": name, "arguments": [],
                          "parameters": {**values, "scenario": origin or scenario.name, "out": out, "graph.linger": False}})
             continue
-        if name == SIMULATION:
-            rows.append({"package": "sim_nodes", "executable": name, "name": name, "arguments": [], "parameters": values})
+        if name not in scenario.graph.nodes:
+            executable = name if name == SIMULATION else STAND_IN
+            rows.append({"package": "sim_nodes", "executable": executable, "name": name, "arguments": [],
+                         "parameters": values})
             continue
         use = scenario.graph.nodes[name].use
         if ":" in use:
@@ -113,7 +116,9 @@ def describe(scenario_name: str):
         file = _written(scenario)
         controlled = _is_true("control", given["control"])
         nodes = _nodes(node_table(scenario, pace, number, out, str(file), controlled), given["namespace"])
-        components = {node.use: node.component for node in scenario.graph.nodes.values()}
+        components = {node.use: node.component for node in scenario.graph.nodes.values() if not node.is_foreign}
+        domain = int(os.environ.get("ROS_DOMAIN_ID") or 0)
+        nodes += [LogInfo(msg=sentence) for sentence in foreign_sentences(scenario, pace, domain)]
         nodes += [LogInfo(msg=sentence)] if (sentence := not_live(components.values())) else []
         return nodes if compilation.is_ready(components) else _compiled_first(file, nodes)
 

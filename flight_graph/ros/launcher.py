@@ -12,6 +12,7 @@ from flight_graph.components.records import flat
 from flight_graph.engines import compilation
 from flight_graph.engines.choice import check_engine
 from flight_graph.errors import FlightError
+from flight_graph.graphs.foreign_nodes import stand_in_of
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.beginning import Beginning
 from flight_graph.ros import checkpoint_settings, shared_memory
@@ -24,8 +25,10 @@ from flight_graph.ros.simulation_settings import NODE as SIMULATION
 from flight_graph.ros.simulation_settings import Control
 from flight_graph.ros.supervisor import Supervisor
 from flight_graph.timebase import SECOND
-from msg_schemas.qos import WINDOW, WINDOW_LIVE
+from msg_schemas.qos import WINDOW, WINDOW_FOREIGN, WINDOW_LIVE
 
+STAND_IN = "stand_in"
+_FIRST = 0.8  # [1] of the patience: who meets a foreign node speaks before the others
 EVENTS = "events.jsonl"  # what was done to processes, for the bag
 
 
@@ -34,18 +37,28 @@ def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: flo
                     control: Control | None = None) -> dict[str, dict]:
     """node name -> its ROS parameters: those of the component, and its place in the graph. Launch files use it too.
 
+    Foreign nodes have none; in lockstep their stand-ins do.
+
     origin: the name or the file of the scenario, for nodes with faults (by default its name); begin: the file of the
     checkpoint that the run begins at; control: of a run that may be paused.
     """
     graph, faults = scenario.graph, scenario.faults
     master = graph.clock_master
-    names = [name for name in graph.nodes if name != master] + [RECORDER]
-    window_ns = (WINDOW_LIVE if faults.is_live else WINDOW) * min(node.period_ns for node in graph.nodes.values())
+    lockstep = pace == "lockstep"
+    ros_names = {name: stand_in_of(name) if node.is_foreign else name for name, node in graph.nodes.items()
+                 if lockstep or not node.is_foreign}
+    names = [ros_name for name, ros_name in ros_names.items() if name != master] + [RECORDER]
+    window_ns = _window(graph, faults.is_live) * min(node.period_ns for node in graph.nodes.values())
     recorded = set(scenario.recorded())
+
+    def is_slotted(name, port):
+        return scenario.is_irregular(name, port) and (lockstep or not graph.nodes[name].is_foreign)
+
     common = {"pace": pace, "factor": float(factor), "window_ns": window_ns, "timeout_s": float(timeout_s),
               "supervised": True, "linger": True} | ({"control": control.text()} if control else {})
-    parameters, memories = {}, checkpoint_settings.settings_of(scenario, pace == "lockstep", begin)
-    for name, node in graph.nodes.items():
+    parameters, memories = {}, checkpoint_settings.settings_of(scenario, lockstep, begin)
+    for name, ros_name in ros_names.items():
+        node = graph.nodes[name]
         patience = timeout_s if name == master else 2.0 * timeout_s  # the clock master sees who is behind: it speaks first
         settings = {**common, "timeout_s": float(patience), "check_bounds": check_bounds, "epoch_ns": scenario.epoch_ns,
                     "duration_s": scenario.duration_ns / SECOND,
@@ -61,25 +74,53 @@ def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: flo
             settings[f"inputs.{port}.topic"] = graph.signal(edge.node, edge.port).topic
             settings[f"inputs.{port}.period_ns"] = source.output_period_ns(edge.port)
             settings[f"inputs.{port}.delay"] = edge.delay
-            settings[f"inputs.{port}.slotted"] = faults.is_irregular(edge.node, edge.port)
+            settings[f"inputs.{port}.slotted"] = is_slotted(edge.node, edge.port)
+            if source.is_foreign:
+                settings[f"inputs.{port}.foreign"] = edge.node
         if faults.concerns(name):
             settings["scenario"] = origin or scenario.name
-        if name in memories:
+        if _meets_foreign(graph, name):
+            settings["match_s"] = _FIRST * timeout_s
+        if name in memories and not node.is_foreign:
             settings["checkpoints"] = memories[name]
         for port in node.component.outputs:
             readers = {consumer.name + "." + target for consumer, target, _ in graph.consumers(name, port)}
             readers |= {f"{other}.when {name}.{port}" for other in graph.nodes if (name, port) in faults.watched(other)}
-            settings[f"outputs.{port}.slotted"] = faults.is_irregular(name, port)
+            settings[f"outputs.{port}.slotted"] = is_slotted(name, port)
+            foreign = [consumer.name for consumer, _, _ in graph.consumers(name, port) if consumer.is_foreign]
+            if foreign:
+                settings[f"outputs.{port}.foreign"] = " and ".join(foreign)
+                readers |= {f"{one} {port}" for one in foreign if lockstep}  # its stand-in reads, too
             heard = (name, port) in recorded or is_installed(graph.signal(name, port).type_name)  # the recorder has ears
-            settings[f"outputs.{port}.subscribers"] = len(readers) + heard
+            settings[f"outputs.{port}.subscribers"] = len(readers) + heard - len(foreign if node.is_foreign else ())
         values = {key: flat(value) for key, value in node.values.items()}
-        parameters[name] = {**values, "rate_hz": float(node.rate_hz),
+        if node.is_foreign:
+            values, settings["scenario"] = {"stands_for": name}, origin or scenario.name
+        parameters[ros_name] = {**values, "rate_hz": float(node.rate_hz),
                             **{f"graph.{key}": value for key, value in settings.items()}}
     common["timeout_s"] = 2.0 * timeout_s
     if control and not control.segment:
         parameters[SIMULATION] = {"scenario": origin or scenario.name, "graph.pace": pace, "graph.factor": control.rate}
     parameters[RECORDER] = {f"graph.{key}": value for key, value in common.items()}
     return parameters
+
+
+def _window(graph, is_live) -> int:
+    """How far the clock master may run ahead [ticks]: foreign nodes that it does not wait for may have short queues."""
+    waited, found = {graph.clock_master}, True
+    while found:
+        found = {edge.node for name in waited for edge in graph.nodes[name].inputs.values()} - waited
+        waited |= found
+    if any(node.is_foreign and name not in waited for name, node in graph.nodes.items()):
+        return WINDOW_FOREIGN
+    return WINDOW_LIVE if is_live else WINDOW
+
+
+def _meets_foreign(graph, name) -> bool:
+    """Whether a node is foreign, or reads from one, or is read by one: it knows best who is missing, and speaks first."""
+    node = graph.nodes[name]
+    return node.is_foreign or any(graph.nodes[edge.node].is_foreign for edge in node.inputs.values()) or any(
+        consumer.is_foreign for consumer, _, _ in graph.consumers(name))
 
 
 def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float = 1.0, progress=None, compiling=None,
@@ -107,6 +148,8 @@ def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float 
         specs = segments.specs() if segments else begins(scenario, Path(folder), begin, None, factor)
         if tell and domain.is_own:
             tell(domain.sentence())
+        for sentence in foreign_sentences(scenario, pace, domain.number) if tell else ():
+            tell(sentence)
         if tell and (sentence := not_live(node.component for node in scenario.graph.nodes.values())):
             tell(sentence)
         launch = Launch(specs, RosRun(Path(folder)), pace == "lockstep", progress, domain)
@@ -114,7 +157,9 @@ def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float 
             launch.supervise = partial(_supervisor, scenario, launch, Path(work) / EVENTS)
             launch.supervise(specs)
         launch.segments, launch.tell = segments, tell or str
-        return launch.run()
+        result = launch.run()
+        result.notes += _late_notes(result.statistics)
+        return result
 
 
 def _supervisor(scenario, launch, events, specs):
@@ -126,6 +171,32 @@ def _supervisor(scenario, launch, events, specs):
     launch.result.notes = launch.supervisor.notes
 
 
+def foreign_sentences(scenario: Scenario, pace: str, domain: int) -> list[str]:
+    """What a person has to know to start the foreign nodes of a graph."""
+    found = []
+    for name in scenario.foreign:
+        component, does = scenario.graph.nodes[name].component, []
+        for verb, ports in (("reads", component.inputs), ("publishes", component.outputs)):
+            if ports:
+                does.append(f"{verb} {', '.join(f'/{one.topic} ({one.type_name})' for one in ports.values())}")
+        answers = component.outputs and component.inputs and pace == "lockstep"
+        stamp = ", with the stamp of what it answers" if answers else ""
+        found.append(f"{name} is a foreign node, which is waited for: it {' and '.join(does)}{stamp}; start it with "
+                     f"ROS_DOMAIN_ID={domain}")
+    return found
+
+
+def _late_notes(statistics) -> list[str]:
+    """What stand-ins counted, in words."""
+    found = []
+    for name, counts in statistics.items():
+        if counts.get("late"):
+            found.append(f"{name}: {counts['late']} answers were late; readers held the last message")
+        if counts.get("refused_messages") and "late" in counts:
+            found.append(f"{name}: {counts['refused_messages']} messages were refused: {'; '.join(counts['reasons'])}")
+    return found
+
+
 def published(graph) -> list[str]:
     """The topics of a graph."""
     return [graph.signal(name, port).topic for name, node in graph.nodes.items() for port in node.component.outputs]
@@ -133,7 +204,7 @@ def published(graph) -> list[str]:
 
 def compile_nodes(nodes, check_bounds: bool = False, compiling=None) -> None:
     """Make the machine code of nodes before they start: no node's timeout runs meanwhile. Raises FlightError."""
-    compilation.load({node.use: node.component for node in nodes}, check_bounds, compiling)
+    compilation.load({node.use: node.component for node in nodes if not node.is_foreign}, check_bounds, compiling)
 
 
 def _specs(work, pace, timeout_s, check_bounds, scenario, folder, begin, control, factor=None):
@@ -151,7 +222,8 @@ def _specs(work, pace, timeout_s, check_bounds, scenario, folder, begin, control
             values = {**values, "begin_ns": begin.checkpoint.t_ns if begin else 0, "resets": True}
         path = work / f"{name}.yaml"
         path.write_text(yaml.safe_dump({f"/**/{name}": {"ros__parameters": values}}), encoding="utf-8", newline="\n")
-        use = scenario.graph.nodes[name].use if name in scenario.graph.nodes else name
+        use = scenario.graph.nodes[name].use if name in scenario.graph.nodes else (
+            name if name in (RECORDER, SIMULATION) else STAND_IN)
         specs.append({"name": name, "use": use, "check_bounds": check_bounds,
                       "arguments": ["--ros-args", "-r", f"__node:={name}", "--params-file", str(path)]})
     return specs

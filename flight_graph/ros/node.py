@@ -49,7 +49,7 @@ class ComponentNode(ManagedNode):
         if self.settings.scenario:
             scenario = read_scenario(self.settings.scenario)
             self.component = component = scenario.graph.nodes[self.get_name()].component  # with its texts
-            self.faults, self._is_slotted = scenario.faults, scenario.faults.is_irregular
+            self.faults = scenario.faults
             if scenario.live_ids:
                 self.free_parameters |= {INJECT, CLEAR}
                 self.live = LiveFaults(self, scenario)
@@ -59,9 +59,9 @@ class ComponentNode(ManagedNode):
             raise FlightError(f"{self.get_name()}: {error}") from None
         records = {port: self.inputs[port].record if port in self.inputs else signal.new()[1]
                    for port, signal in component.inputs.items()}
-        self._watched = self._watch(group)
+        self._watched = self._watch(scenario, group)
         self.formatted = [(made, RawPublisher(self, made.topic, made.type_name, made.role.qos))
-                          for made in component.formatted if is_installed(made.type_name)]
+                          for made in component.said(self.parameters.values) if is_installed(made.type_name)]
         self.output_periods = {port: self.settings.output_period_ns(component, port) for port in self.outputs}
         self.progress = Progress(self, self.settings)
         self.watches = {other: Watch(self, other, group) for other in self.settings.wait_for}
@@ -98,16 +98,17 @@ class ComponentNode(ManagedNode):
 
     def _input(self, port, signal, group):
         source = self.settings.sources[port]
-        return InputPort(self, port, signal, source.topic, self.settings.epoch_ns, group, source.slotted)
+        return InputPort(self, port, signal, source, self.settings.epoch_ns, group)
 
-    def _watch(self, group) -> dict:
+    def _watch(self, scenario, group) -> dict:
         """The signals that conditions of faults of this node read, as inputs: (node, port) -> record."""
         records, self.watched = {}, []
         for name, port in self.faults.watched(self.get_name()) if self.faults else ():
             node, key = self.faults.nodes[name], f"when {name}.{port}"
             signal = node.component.outputs[port]
-            self.settings.sources[key] = Source(signal.topic, node.output_period_ns(port), 1,
-                                                slotted=self._is_slotted(name, port))
+            is_slotted = scenario.is_irregular(name, port) and (self.settings.lockstep or not node.is_foreign)
+            self.settings.sources[key] = Source(signal.topic, node.output_period_ns(port), 1, slotted=is_slotted,
+                                                foreign=name if node.is_foreign else "")
             self.inputs[key] = self._input(key, signal, group)
             records[name, port] = self.inputs[key].record
             self.watched.append(key)

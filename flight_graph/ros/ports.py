@@ -11,6 +11,7 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSPolicyKind, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from flight_graph.ros import slots
+from flight_graph.ros.answers import AnswerReader, Judge
 from msg_schemas.qos import Qos, alone
 from msg_schemas.signal import Signal
 
@@ -145,14 +146,15 @@ class InputPort:
     topic with slots, that of the slot, whose message may be missing or have another stamp.
     """
 
-    def __init__(self, node, name: str, signal: Signal, topic: str, epoch_ns: int, group, slotted: bool = False):
+    def __init__(self, node, name: str, signal: Signal, source, epoch_ns: int, group):
+        """source: a `flight_graph.ros.settings.Source`."""
+        topic = source.topic
         self.name, self.signal, self.epoch_ns = name, signal, epoch_ns
         self.payload, self.record = signal.new()
         asked = alone(signal.role) if _is_alone(node) else signal.role.qos
         self.subscription = RawSubscription(node, topic, signal.type_name, asked, group, overridable(node))
-        self._reader = slots.SlotReader(self.subscription, RawSubscription(
-            node, slots.slots_topic(topic), slots.TYPE, slots.QOS_OF_SLOTS, group),
-            lossy=not node.settings.lockstep) if slotted else None
+        self._judge = Judge(signal) if source.foreign else None
+        self._reader = self._slots_of(node, topic, source, group) if source.slotted else None
         self.stamp_ns = None
         self._spare, self._spare_record = signal.new()
         self._spare_stamp = self._spare_record
@@ -161,6 +163,12 @@ class InputPort:
         self._pending_ns, self._is_filled = None, False
         self.sources = ""  # the nodes that publish it, once they have been found
         self.is_foreign = False  # its stamps are of another clock: each message counts as stamped when it is taken
+
+    def _slots_of(self, node, topic, source, group):
+        told = RawSubscription(node, slots.slots_topic(topic), slots.TYPE, slots.QOS_OF_SLOTS, group)
+        if source.foreign:
+            return AnswerReader(self.subscription, told, self.signal)
+        return slots.SlotReader(self.subscription, told, lossy=not node.settings.lockstep)
 
     def wait(self, nanoseconds: int) -> None:
         """Wait until a message may be there, for at most ``nanoseconds`` (and never longer than a slice)."""
@@ -179,6 +187,8 @@ class InputPort:
             if stamp_ns is None and not messages:
                 return None
             for message in messages:
+                if self._judge:
+                    self._judge.stamp_ns(message)
                 self.signal.receive(message, self._spare)
             self._is_filled = bool(messages)
             if stamp_ns is None:

@@ -53,7 +53,8 @@ def run(node) -> None:
     if node.settings.clock_master:
         lockstep.wait_for_nodes(node, 0)
         _run_master(node)
-    elif node.inputs and node.component.inputs and not node.component.modes:
+    elif node.component.inputs and not node.component.modes and any(
+            not node.settings.sources[name].foreign for name in node.inputs):
         _run_follower(node)
     else:
         _run_by_the_clock(node)
@@ -100,7 +101,7 @@ def _gather(node, t_ns, deadline):
         expected = node.settings.sources[name].expected_ns(t_ns)
         wanted = t_ns if expected is None else expected
         while port.stamp_ns is None or port.stamp_ns < wanted:
-            if not _take(node, port, t_ns):
+            if not _take(node, name, port, t_ns):
                 left = deadline - time.monotonic_ns()
                 if left <= 0 or (expected is None and port.stamp_ns is None):
                     break
@@ -116,12 +117,13 @@ def _gather(node, t_ns, deadline):
             port.clear()
 
 
-def _take(node, port, t_ns) -> bool:
+def _take(node, name, port, t_ns) -> bool:
     """Move the next message stamped <= t into the record; False when there is none. Refused messages are counted."""
     found = _peek(node, port)
     if found is None:
         return False
-    if not node.settings.supervised and (port.is_foreign or abs(found - t_ns) > _OTHER_CLOCK_NS):
+    is_among_strangers = not node.settings.supervised or node.settings.sources[name].foreign
+    if is_among_strangers and (port.is_foreign or abs(found - t_ns) > _OTHER_CLOCK_NS):
         return _take_newest(node, port, t_ns)
     if found > t_ns:
         return False
@@ -211,7 +213,7 @@ def _tick(t_ns, settings, ticks) -> int | None:
 def _follow(node, name, port, t_ns, deadline):
     expected = node.settings.sources[name].expected_ns(t_ns)
     while expected is not None and (port.stamp_ns is None or port.stamp_ns < expected):
-        if not _take(node, port, t_ns):
+        if not _take(node, name, port, t_ns):
             left = deadline - time.monotonic_ns()
             if left <= 0:
                 node.statistics.late_inputs += 1
@@ -219,15 +221,15 @@ def _follow(node, name, port, t_ns, deadline):
             port.wait(left)
             node.check_alive()
     if expected is None:
-        while _take(node, port, t_ns):
+        while _take(node, name, port, t_ns):
             pass
 
 
 def _trigger(node):
-    """The input that sets the firing: the fastest one of known rate without delay, else the first."""
-    known = [(source.period_ns, name) for name, source in node.settings.sources.items()
-             if source.period_ns and not source.delay]
-    return node.inputs[min(known)[1]] if known else next(iter(node.inputs.values()))
+    """The input that sets the firing: the fastest one of known rate without delay, else the first; no foreign node's."""
+    own = {name: source for name, source in node.settings.sources.items() if name in node.inputs and not source.foreign}
+    known = [(source.period_ns, name) for name, source in own.items() if source.period_ns and not source.delay]
+    return node.inputs[min(known)[1] if known else next(iter(own))]
 
 
 def _run_by_the_clock(node):

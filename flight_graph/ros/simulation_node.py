@@ -43,7 +43,7 @@ class SimulationNode(Node):
         begin_ns = self._fixed("begin_ns", 0, "where the run began [ns]")
         self.simulation = Simulation(Limits(
             scenario.graph.base_ns, begin_ns, scenario.duration_ns, lockstep,
-            "" if self._fixed("resets", False, "whether who started the nodes takes the run back") else _NO_RESET,
+            _why_no_reset(scenario, self._fixed("resets", False, "whether who started the nodes takes the run back")),
             _only_start(scenario, lockstep)), self._send, announce)
         self.group = ReentrantCallbackGroup()
         self._orders = RawPublisher(self, said.ORDERS, TYPE, KEPT)
@@ -100,6 +100,12 @@ class SimulationNode(Node):
                 self.simulation.take(report)
             self.reports.wait()
         self.simulation.close()
+
+
+def _why_no_reset(scenario, resets) -> str:
+    if scenario.foreign:
+        return f"the run cannot be taken back: {' and '.join(scenario.foreign)} stands for a foreign node, which goes on"
+    return "" if resets else _NO_RESET
 
 
 def _only_start(scenario, lockstep) -> str:

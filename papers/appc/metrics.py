@@ -11,7 +11,7 @@ from scipy.integrate import trapezoid
 
 from cubli_ros import jump_condition
 from cubli_ros.attitude import rotation_matrix
-from flight_graph.graphs.glossary import number, recorded
+from flight_graph.graphs.glossary import number, recorded, word
 from flight_math import Vec3, plain, sincos
 from papers.appc import consistency, motion_metrics
 from papers.appc.consistency import filter_consistency
@@ -20,6 +20,7 @@ from papers.appc.motion_metrics import has_proof, moments, proof_metrics, rate_e
 SETTLED = 0.008  # [rad]
 TRUTH, COMMAND, FUNNEL, CONTACT = "cubli/truth", "cubli/wheel_command", "cubli/funnel", "cubli/truth/contact"
 NO_FUNNEL = "this law has no funnel"
+OUTCOMES = (None, "landed", "fell", "jammed")  # of the contact's messages
 METRICS = (
     number("xi_a_max", "1", "largest |xi_a| of any axis; below 1: the attitude funnel holds", NO_FUNNEL, headline=True),
     number("xi_u_max", "1", "largest |xi_u| of any axis; below 1: the rate funnel holds", NO_FUNNEL, headline=True),
@@ -54,7 +55,7 @@ METRICS = (
     number("slip_first_s", "s", "first time outside the friction cone", "it never slips"),
     number("lift_off_s", "s", "first time without contact", "it stays on the ground"),
     number("end_s", "s", "when the run was decided", "it was not, it stayed up"),
-    number("outcome", "1", "how it was decided: 0 not at all, 1 landed after a flight, 2 fell, 3 jammed sliding"),
+    word("outcome", "how it was decided: landed after a flight, fell, or jammed sliding", "it was not, it stayed up"),
     number("flight_time_s", "s", "time in the air"),
     number("sliding_time_s", "s", "time sliding"),
     number("hop_height", "m", "largest height of the corner above the ground"),
@@ -155,7 +156,7 @@ def contact_metrics(contact, values, scenario) -> dict:
     across = contact["corner"] - height[:, None] * normal
     return {
         "slip_first_s": event(last["slip_time"]), "lift_off_s": event(last["lift_off_time"]),
-        "end_s": event(last["end_time"]), "outcome": float(last["outcome"]),
+        "end_s": event(last["end_time"]), "outcome": OUTCOMES[int(last["outcome"])],
         "flight_time_s": float((contact["phase"] == 1.0).sum() * step),
         "sliding_time_s": float((contact["sliding"] == 1.0).sum() * step),
         "hop_height": max(0.0, float(height.max())),

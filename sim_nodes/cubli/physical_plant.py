@@ -40,8 +40,9 @@ from sim_nodes.cubli.contact_events import (
     standing_force,
     touch,
 )
-from sim_nodes.cubli.plant import FRAMES, SITE_FROM_BALANCE, RoverParameters, WheelDrive
+from sim_nodes.cubli.plant import FRAMES, SITE_FROM_BALANCE, RoverParameters, WheelDrive, write_frames
 from sim_nodes.cubli.reaction_wheels import wheel_torque
+from sim_nodes.cubli.scene import scene
 from sim_nodes.gravity.parameters import SiteParameters, resolve_site
 from sim_nodes.sensors.inertial import UNKNOWN
 
@@ -109,7 +110,7 @@ def update(t_ns, p, x, command, power):
     """One period under the wheels' torque: clipped to what they can deliver, held."""
     if x.mode == ENDED:
         return
-    normal, t = ground_normal(p), t_ns / SECOND
+    normal, t, speed = ground_normal(p), t_ns / SECOND, x.wheel_speed
     x.normal_force, x.friction_ratio = LOST, 0.0
     x.torque = wheel_torque(p, x, command, power.on if power.header.stamp.sec != 0 else same(1.0))
     substeps = math.ceil(p.period / p.largest_step - 1e-9)
@@ -120,6 +121,7 @@ def update(t_ns, p, x, command, power):
         if x.mode != ENDED and step < substeps:
             advance(t + step * h, h, p, x, normal)
             touch(t + (step + 1) * h, p, x, normal)
+    x.wheel_angle = x.wheel_angle + 0.5 * p.period * (speed + x.wheel_speed)
 
 
 @kernel
@@ -133,6 +135,7 @@ def output(t_ns, p, x, outputs):
     attitude.linear_acceleration_covariance = UNKNOWN
     wheels.velocity, wheels.effort = x.wheel_speed, x.torque
     pose.orientation, pose.position = turned, x.centre
+    write_frames(x, x.centre, turned, outputs.frames)
     report(p, x, turned, outputs.contact)
 
 
@@ -157,12 +160,16 @@ class CubliPhysicalPlant(Component):
     inputs = {"command": cubli.COMMAND, "power": cubli.WHEEL_POWER}
     optional_inputs = ("power",)
     outputs = {"truth": cubli.TRUTH, "contact": cubli.TRUTH_CONTACT, "attitude": cubli.TRUTH_ATTITUDE,
-               "wheels": cubli.WHEEL_STATE, "pose": cubli.TRUTH_POSE}
-    output_rate_hz = {"pose": 10.0}
+               "wheels": cubli.WHEEL_STATE, "pose": cubli.TRUTH_POSE, "frames": cubli.TRUTH_FRAMES}
+    output_rate_hz = {"pose": 10.0, "frames": 10.0}
     rate_hz = 100.0
     start, output, update = start, output, update
     formatted = FRAMES
     resolve = staticmethod(resolve_site)
+
+    @classmethod
+    def scene(cls, values):
+        return scene(values, SITE_FROM_BALANCE)
 
     @classmethod
     def check(cls, values, where):

@@ -9,14 +9,16 @@ from cubli_ros.attitude import level_gravity, quaternion_from_cardan
 from flight_graph.components.component import Component, Formatted
 from flight_graph.components.records import Parameters, State, field
 from flight_graph.errors import FlightError
+from flight_graph.scenes.messages import joint_states, latched, moving, turned_joint
+from flight_graph.scenes.scene import Pose
 from flight_graph.timebase import SECOND
 from flight_math import Quaternion, Vec3, kernel, rotate, rotate_back, same
 from msg_schemas import cubli
 from msg_schemas.qos import Role
 from sim_nodes.cubli import dynamics
 from sim_nodes.cubli.reaction_wheels import spun, wheel_torque
+from sim_nodes.cubli.scene import scene
 from sim_nodes.sensors.inertial import UNKNOWN
-from sim_nodes.transforms import NOWHERE, TYPE, UNTURNED, transforms
 
 # Quaternion x, y, z, w that turns balance-frame coordinates into the site frame: [1, 1, 1] / sqrt(3) goes up.
 _HALF = 0.5 * math.acos(1.0 / math.sqrt(3.0))  # [rad]
@@ -50,8 +52,10 @@ class CubliPlantParameters(RoverParameters):
 
 
 class WheelDrive(State):
-    """Stamp of the last command that a drive heard, and for how long [s] it has not heard another."""
+    """Stamp of the last command that a drive heard, and for how long [s] it has not heard another; angles of the wheels
+    since the start."""
 
+    wheel_angle: Vec3
     command_sec: int
     command_nanosec: int
     command_silence: float
@@ -72,7 +76,15 @@ def start(p, x):
 
 
 @kernel
-def output(t_ns, p, x, truth, attitude, wheels, pose):
+def write_frames(x, position, orientation, frames):
+    """Where the cube is, and how far its wheels have turned."""
+    frames.position, frames.attitude = position, orientation
+    frames.wheel_angle, frames.wheel_speed = x.wheel_angle, x.wheel_speed
+
+
+@kernel
+def output(t_ns, p, x, outputs):
+    truth, attitude, wheels, pose = outputs.truth, outputs.attitude, outputs.wheels, outputs.pose
     orientation = quaternion_from_cardan(x.angles)
     gravity = rotate_back(orientation, level_gravity(p))
     truth.angles, truth.rates, truth.gravity = x.angles, x.rates, gravity
@@ -83,6 +95,7 @@ def output(t_ns, p, x, truth, attitude, wheels, pose):
     wheels.velocity, wheels.effort = x.wheel_speed, x.torque
     pose.pose.orientation = SITE_FROM_BALANCE * orientation
     pose.pose.position = rotate(pose.pose.orientation, same(0.5 * p.length))  # the centre
+    write_frames(x, pose.pose.position, pose.pose.orientation, outputs.frames)
 
 
 @kernel
@@ -94,22 +107,25 @@ def update(t_ns, p, x, command):
     for step in range(substeps):
         motion, x.disturbance = dynamics.paper_step(held, x.disturbance, t + step * h, h, motion)
     x.angles, x.rates = motion
-    x.wheel_speed = spun(p, x.wheel_speed, x.torque, x.rates - before)
+    speed = x.wheel_speed
+    x.wheel_speed = spun(p, speed, x.torque, x.rates - before)
+    x.wheel_angle = x.wheel_angle + 0.5 * p.period * (speed + x.wheel_speed)
 
 
-def moving_frame(record):
-    """site -> cubli_base."""
-    return transforms(record.header.stamp, (cubli.SITE, cubli.BASE, record.pose.position, record.pose.orientation))
+def poses(record, scene):
+    """Where the cube is, and its wheels."""
+    yield cubli.BASE, Pose(tuple(record.position), tuple(record.attitude))
+    for name, angle in zip(cubli.WHEEL_LINKS, record.wheel_angle):
+        yield name, turned_joint(scene.tree[name], angle)
 
 
-def fixed_frames(record):
-    """site -> cubli_balance, cubli_base -> imu_link."""
-    return transforms(record.header.stamp, (cubli.SITE, cubli.BALANCE, NOWHERE, SITE_FROM_BALANCE.parts()),
-                      (cubli.BASE, cubli.IMU_LINK, NOWHERE, UNTURNED))
+def wheel_joints(record):
+    """The wheels' angles and speeds."""
+    return joint_states(record, cubli.WHEELS, record.wheel_angle, record.wheel_speed)
 
 
-FRAMES = (Formatted("tf", TYPE, "pose", moving_frame),
-          Formatted("tf_static", TYPE, "pose", fixed_frames, Role.LATCHED, once=True))
+FRAMES = (*moving("frames", poses), *latched("frames"),
+          Formatted("joint_states", "sensor_msgs/msg/JointState", "frames", wheel_joints, Role.TELEMETRY))
 
 
 class CubliPlant(Component):
@@ -118,11 +134,15 @@ class CubliPlant(Component):
     parameters, state = CubliPlantParameters, CubliPlantState
     inputs = {"command": cubli.COMMAND}
     outputs = {"truth": cubli.TRUTH, "attitude": cubli.TRUTH_ATTITUDE, "wheels": cubli.WHEEL_STATE,
-               "pose": cubli.TRUTH_POSE}
-    output_rate_hz = {"pose": 10.0}
+               "pose": cubli.TRUTH_POSE, "frames": cubli.TRUTH_FRAMES}
+    output_rate_hz = {"pose": 10.0, "frames": 10.0}
     rate_hz = 100.0
     start, output, update = start, output, update
     formatted = FRAMES
+
+    @classmethod
+    def scene(cls, values):
+        return scene(values, SITE_FROM_BALANCE)
 
     @classmethod
     def check(cls, values, where):

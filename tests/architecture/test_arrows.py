@@ -19,7 +19,7 @@ FLOORS = (  # of flight_graph, from the ground: a module imports its own room an
     {"errors", "syntax"}, {"text_files"}, {"timebase", "yaml_text", "xml_text"}, {"sampling", "statistics"}, {"components"},
     {"bags"},
     {"faults"}, {"monitors"}, {"graphs"}, {"engines"}, {"lanes"}, {"recordings"},
-    {"replays", "campaigns", "claims", "stepping"}, {"requirements", "reports", "c_export"}, {"ros"}, {"runs"}, {"cli"})
+    {"scenes"}, {"replays", "campaigns", "claims", "stepping"}, {"requirements", "reports", "c_export"}, {"ros"}, {"runs"}, {"cli"})
 
 KNOWN = modules()
 GRAPH = imports(KNOWN)

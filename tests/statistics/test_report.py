@@ -7,6 +7,7 @@ import pytest
 from scipy import stats
 from typer.testing import CliRunner
 
+from flight_graph.campaigns import paired
 from flight_graph.campaigns import report as reports
 from flight_graph.campaigns.folder import Campaign
 from flight_graph.cli.app import app
@@ -109,7 +110,39 @@ def test_comparison_on_the_same_draws(folders):
     assert landed["only_b"] == 0 and landed["probability"] == pytest.approx(2.0 * 0.5 ** landed["only_a"])
     for other, words in (("other", "vary.seed differs"), ("grid", "has 3 combinations"), ("sobol", "vary.sampling differs")):
         with pytest.raises(FlightError, match=words):
-            reports.compare(Campaign.at(folders["one"]), Campaign.at(folders[other]))
+            paired.compare(Campaign.at(folders["one"]), Campaign.at(folders[other]))
+
+
+def test_groups_of_one_campaign_on_the_same_draws(folders, tmp_path):
+    """The distance of a toy landing grows by 0.2 a step of p.g, whatever is drawn: every difference is that, to rounding."""
+    found = json.loads(asked(folders["grid"], "--between", "p.g", "--json"))["between"]
+    assert [entry["group"] for entry in found["groups"]] == ["p.g 2 less p.g 1", "p.g 3 less p.g 1"]
+    for entry, step in zip(found["groups"], (0.2, 0.4)):
+        lateral = named(entry["metrics"], "lateral_m")
+        missing = {case // 3 for case in range(600) if case % 3 in (0, int(entry["second"][-1]) - 1)
+                   and (case % 97 == 5 or case % 50 == 0)}
+        assert (lateral["pairs"], entry["pairs"]) == (200 - len(missing), 200)
+        assert [lateral[key] for key in ("mean", "median", "median_low")] == pytest.approx([step] * 3)
+        landed, stopped = named(entry["rates"], "landed"), [case for case in range(0, 600, 3) if case % 97 == 5]
+        assert landed["only_b"] <= len(stopped) == landed["without_a"], "further off it lands alone where the other stopped"
+    assert found["not_compared"] == ["mode"] and found["without_partner"] == 0
+    two = {**MISS, "grid": {"p.g": [1, 2], "p.h": ["a", "b"]}, "runs": 20}
+    campaign = Campaign.at(write(tmp_path / "two", two, miss()))
+    assert [entry["group"] for entry in paired.between(campaign, "p.h")["groups"]] == [
+        "p.g 1, p.h b less p.g 1, p.h a", "p.g 2, p.h b less p.g 2, p.h a"]
+    assert [entry["first"] for entry in paired.between(campaign, "p.g 2, p.h a")["groups"]] == ["p.g 2, p.h a"] * 3
+    with pytest.raises(FlightError, match="did you mean 'p.h' or 'p.g'"):
+        paired.between(campaign, "p.q")
+    with pytest.raises(FlightError, match="one group"):
+        paired.between(Campaign.at(folders["one"]), "p.g")
+
+
+def test_whole_numbers_that_are_0_or_1_are_no_rate(tmp_path):
+    campaign = Campaign.at(write(tmp_path / "counts", MISS, lambda case, values: ("ok", {
+        "restarts": int(case % 9 == 0), "landed": case % 2 == 0, "how": "fell" if case % 3 else None})))
+    (group,) = reports.report(campaign)["groups"]
+    assert [[one["metric"] for one in group[kind]] for kind in ("metrics", "rates", "texts")] == [
+        ["restarts"], ["landed"], ["how"]]
 
 
 def test_sobol_indices_of_a_campaign_are_those_of_ishigami(tmp_path):
