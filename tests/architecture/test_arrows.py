@@ -19,7 +19,9 @@ FLOORS = (  # of flight_graph, from the ground: a module imports its own room an
     {"errors", "syntax"}, {"text_files"}, {"timebase", "yaml_text", "xml_text"}, {"sampling", "statistics"}, {"components"},
     {"bags"},
     {"faults"}, {"monitors"}, {"graphs"}, {"engines"}, {"lanes"}, {"cuda"}, {"recordings"},
-    {"scenes"}, {"replays", "campaigns", "claims", "stepping"}, {"requirements", "reports", "c_export"}, {"ros"}, {"runs"}, {"cli"})
+    {"scenes", "plots"}, {"replays", "campaigns", "claims", "stepping"}, {"requirements", "c_export"}, {"reports"}, {"viewers"},
+    {"ros"},
+    {"runs"}, {"cli"})
 
 KNOWN = modules()
 GRAPH = imports(KNOWN)
