@@ -1,6 +1,6 @@
 """Runs of the toy on a device, in a process of its own: numba's simulator is chosen before numba is imported.
 
-    NUMBA_ENABLE_CUDASIM=1 python -m tests.cuda.device_runs by_simulator
+    NUMBA_ENABLE_CUDASIM=1 python -m tests.cuda.device_runs by_simulator SCENARIO FOLDER
     python -m tests.cuda.device_runs by_ptx
 """
 
@@ -12,6 +12,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from flight_graph.cli import main
 from flight_graph.cuda import devices
 from flight_graph.cuda.batch import OnDevice
 from flight_graph.cuda.packed import Packed
@@ -119,11 +120,18 @@ def of_fake_driver(folder):
     return devices.Graphics(), fake
 
 
-def by_simulator() -> int:
-    """Numba's simulator, which runs the twin of the device's code."""
+def by_simulator(scenario, folder) -> int:
+    """Numba's simulator, which runs the twin of the device's code; and a campaign there, by its command."""
     assert devices.is_simulated()
     assert_moved_whole()
-    return compare(devices.opened())
+    ends = compare(devices.opened())
+    sys.argv = ["flight", "sweep", scenario, "--trust", "--on", "cuda", "--out", folder]
+    try:
+        status = main()
+    except SystemExit as end:
+        status = end.code
+    assert not status
+    return ends
 
 
 def by_ptx() -> int:
@@ -136,4 +144,4 @@ def by_ptx() -> int:
 
 
 if __name__ == "__main__":
-    print(f"runs stopped at {globals()[sys.argv[1]]()} ticks")
+    print(f"runs stopped at {globals()[sys.argv[1]](*sys.argv[2:])} ticks")
