@@ -25,6 +25,9 @@ from tests.lanes.test_lanes import assert_same
 
 RUNS, TICKS = 70, 60  # more than the threads of a block
 FAULTS = [*COMMON, {"id": "grows", "at": "sensor.imu.linear_acceleration", "type": "drift", "value": 2.0}]
+EVENTS = [{"at_s": 0.07, "set": {"controller.kp": 0.9, "plant.inertia": 3.0}}, {"at_s": 0.2, "set": {"controller.kp": 0.1}}]
+MONITORS = {"rate_hz": 100, "watchpoints": [{"id": "fast", "when": "sensor.imu.angular_velocity[0] > 0.02"}],
+            "actionpoints": [{"id": "note", "when": "fast", "in_a_row": 2, "level": "warn", "text": "fast"}]}
 MEASURES = {"high": {"largest": "plant.truth.angle", "of": "norm"}, "settled": {"settling": "plant.truth.rate", "within": 0.2},
             "worn": {"integral": "controller.command.effort", "of": "squared"}, "crossed": {
                 "first": "plant.truth.angle", "below": 0.0}}
@@ -32,7 +35,8 @@ MEASURES = {"high": {"largest": "plant.truth.angle", "of": "norm"}, "settled": {
 
 def case(number):
     """Angles, noise and laws differ; some leave the limit of the controller, at times of their own."""
-    data = toy.scenario(duration_s=0.3, seed=3 + number, measures=MEASURES, faults=FAULTS)
+    data = toy.scenario(duration_s=0.3, seed=3 + number, measures=MEASURES, faults=FAULTS, events=EVENTS,
+                        monitors=MONITORS)
     data["components"]["plant"]["parameters"] = {"angle": [0.009 * number, 0.2, -0.3 + 0.01 * number]}
     data["components"]["controller"]["parameters"] = {"law": ["pd", "p"][number % 2], "angle_limit": [0.6 + 0.005 * number, 100.0][number % 2]}
     return Scenario(data, "toy.yaml")
@@ -74,6 +78,8 @@ def compare(device) -> int:
     alone, there = flown(scenarios), flown(scenarios, device)
     assert_same(there, alone)
     assert [str(flight.reduced()) for flight in there] == [str(flight.reduced()) for flight in alone]
+    acts = [flight.logged()["monitors"]["note"][-1] for flight in there]
+    assert min(acts) < max(acts)
     return len({flight.stop.t_ns for flight in there if flight.stop})
 
 

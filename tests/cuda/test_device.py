@@ -100,6 +100,8 @@ def test_where_there_is_no_device(file, tmp_path, monkeypatch, capsys):
     assert "--on cuda: " in err and ("flight_graph[cuda]" in err or "no graphics processor" in err)
     status, _, err = command("sweep", file, "--trust", "--on", "cuda", "--workers", 2)
     assert status == 2 and "--workers and --on: allowed: one of them" in err
+    status, _, err = command("sweep", file, "--trust", "--chunk", "0", "--workers", 2)
+    assert status == 2 and "--chunk: chunks run in this process" in err
     status, _, err = command("sweep", file, "--trust", "--on", "gpu")
     assert status == 2 and "allowed: cuda, or dask:ADDRESS" in err
 
