@@ -214,15 +214,19 @@ def optimise(module, machine):
 
 
 def part_code(kernel, arguments: list, count: int, symbol: str, fault: int,
-              optimised=optimise) -> tuple[bytes, dict[int, str]]:
+              optimised=optimise, address_bits: int = 64) -> tuple[bytes, dict[int, str]]:
     """Object code of one part as the C function ``symbol``, and the sentences of the errors it may raise.
 
     arguments: numba's types of the kernel's arguments; count: of its inputs and outputs, each a pointer at the end of what
     numba makes of the arguments. fault: offset of the state's ``fault``, which takes `RAISED` plus the number of an error.
-    optimised(module, machine): the module that is emitted in the place of the linked one. Raises FlightError.
+    optimised(module, machine): the module that is emitted in the place of the linked one. address_bits: size of what ``io``
+    holds, where the code is for another processor. Raises FlightError.
     """
     result = kernel.get_compile_result(types.void(*arguments))
-    loads = "\n".join(f"  %s{i}.at = getelementptr ptr, ptr %io, i64 {i}\n  %s{i} = load ptr, ptr %s{i}.at"
+    word = f"i{address_bits}"
+    loads = "\n".join(f"  %s{i}.at = getelementptr {word}, ptr %io, i64 {i}\n  %s{i}.word = load {word}, ptr %s{i}.at\n"
+                      f"  %s{i} = inttoptr {word} %s{i}.word to ptr" if address_bits != 64 else
+                      f"  %s{i}.at = getelementptr ptr, ptr %io, i64 {i}\n  %s{i} = load ptr, ptr %s{i}.at"
                       for i in range(count))
     names = ["i64 %t_ns"] * (arguments[0] == types.int64) + ["ptr %p", "ptr %x"] + [f"ptr %s{i}" for i in range(count)]
     entry = _ENTRY.format(symbol=symbol, inner=f'"{result.fndesc.llvm_func_name}"', loads=loads, base=RAISED, fault=fault,

@@ -212,6 +212,10 @@ def run_stand_in(arguments: list[str], announce) -> int:
 
 def main(arguments: list[str], announce=None) -> int:
     """The executable ``stand_in``: of launch files."""
+    if "-h" in arguments or "--help" in arguments:
+        print("stand_in: stands in for a foreign node of a graph in lockstep; flight run and launch files start it\n\n"
+              "usage: flight node sim_nodes/stand_in --ros-args -p stands_for:=controller -p graph.scenario:=FILE.yaml")
+        return
     prepare_environment()
     leaving.at_once()
     leaving.keep_imports()
