@@ -150,10 +150,10 @@ def decode(source, what: str, columns: list[str] | None = None) -> Part:
                 table.replace_schema_metadata(None))
 
 
-def write_durably(path: Path, content: bytes, replace: bool = True) -> bool:
+def write_durably(path: Path, content: bytes, replace: bool = True, hint: str = "") -> bool:
     """Write a file whole: to a temporary name, synced, then under its own. Raises FlightError (disk full, read-only).
 
-    replace: False leaves a file that is there, and says so by returning False.
+    replace: False leaves a file that is there, and says so by returning False. hint: how to go on, the end of the sentence.
     """
     draft = path.with_name(f".{path.name}.{platform.node()}.{os.getpid()}.{os.urandom(4).hex()}.tmp")
     try:
@@ -168,7 +168,7 @@ def write_durably(path: Path, content: bytes, replace: bool = True) -> bool:
         return False
     except OSError as error:
         raise FlightError(f"{path} cannot be written: {(error.strerror or str(error)).lower()}; nothing that was there is "
-                          "lost: the campaign goes on with --resume") from None
+                          f"lost{hint}") from None
     finally:
         with contextlib.suppress(OSError):
             draft.unlink(missing_ok=True)

@@ -105,7 +105,7 @@ def _submit(campaign, pool, number):
 def publish(campaign: Campaign, number: int, content: bytes, tell: Callable[[str], None]) -> int:
     """Put a part into the folder; return by how many rows it grew. Raises Disagreement, and FlightError (disk full)."""
     path = campaign.part(number)
-    if write_durably(path, content, replace=False):
+    if _written(path, content, replace=False):
         return len(campaign.manifest.cases(number))
     new = decode(content, f"chunk {number}")
     try:
@@ -113,17 +113,21 @@ def publish(campaign: Campaign, number: int, content: bytes, tell: Callable[[str
     except Damaged as error:
         put_aside(campaign, number)
         tell(f"{error}; its cases were run again")
-        write_durably(path, content)
+        _written(path, content)
         return new.rows
     if not _are_equal(known, new):
         other = campaign.path / f"disagreement-{number:06d}-{new.digest[:12]}.parquet"
-        write_durably(other, content)
+        _written(other, content)
         raise Disagreement(f"chunk {number} came out differently a second time: {path.name} was made by {known.host} "
                            f"({known.cpu}), {other.name} by {new.host} ({new.cpu}); {_first_difference(known, new)}. One "
                            "of the machines does not compute what the other does: no row of theirs is to be trusted")
     if new.rows > known.rows:
-        write_durably(path, content)
+        _written(path, content)
     return max(0, new.rows - known.rows)
+
+
+def _written(path, content, replace=True) -> bool:
+    return write_durably(path, content, replace, hint=": the campaign goes on with --resume")
 
 
 def _are_equal(known: Part, new: Part) -> bool:

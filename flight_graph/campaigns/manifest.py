@@ -160,9 +160,9 @@ def checked_runs(scenario: Scenario, runs: int | None) -> int:
     vary = scenario.vary
     if runs is None:
         return vary.count
-    if runs > MOST_RUNS:
+    if not 1 <= runs <= MOST_RUNS:
         raise FlightError(f"--runs {runs}: allowed: 1 to {MOST_RUNS} in one sweep")
-    if runs < 1 or (runs > vary.count and not vary.is_random):
+    if runs > vary.count and not vary.is_random:
         raise FlightError(f"--runs {runs}: allowed: 1 to {vary.count}, the number of cases; nothing is random here")
     return runs
 

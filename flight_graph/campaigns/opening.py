@@ -1,5 +1,6 @@
 """Making and opening a campaign for work: a new one of a scenario, the one in a folder, some of its chunks."""
 
+import contextlib
 import os
 import re
 from collections.abc import Callable
@@ -68,7 +69,7 @@ def of_scenario(name: str, given: dict, besides: Besides, runs: int | None, chun
             campaign = _saved(campaign, replace(campaign.manifest, vary=vary, ended=None))
         return _extended(campaign, scenario, runs), scenario
     manifest = Manifest.of(scenario, runs, chunk, given)
-    return _saved(Campaign(coordinator.folder_of(folder(scenario)), manifest), manifest), scenario
+    return _begun(folder(scenario), manifest), scenario
 
 
 def varied(name: str, given: dict, besides: Besides, consent: Consent) -> Scenario:
@@ -82,6 +83,19 @@ def _extended(campaign, scenario, runs):
         return campaign
     checked_runs(scenario, runs)
     return _saved(campaign, campaign.manifest.extended(runs, scenario))
+
+
+def _begun(folder, manifest):
+    """A new campaign. Where its manifest cannot be written, no folder is left that holds none."""
+    is_new = not folder.exists()
+    campaign = Campaign(coordinator.folder_of(folder), manifest)
+    try:
+        return _saved(campaign, manifest)
+    except FlightError:
+        if is_new:
+            with contextlib.suppress(OSError):
+                folder.rmdir()
+        raise
 
 
 def _saved(campaign, manifest):
@@ -105,7 +119,7 @@ def run_here(scenario: Scenario, folder: Path, runs: int | None = None, workers:
              chunk: int | None = None, progress=None) -> Campaign:
     """A new campaign of a scenario in a folder, run by threads of this process. Raises FlightError."""
     manifest = Manifest.of(scenario, runs, chunk)
-    campaign = _saved(Campaign(coordinator.folder_of(Path(folder)), manifest), manifest)
+    campaign = _begun(Path(folder), manifest)
     return fill(campaign, scenario, lambda *given: Threads(*given, workers or os.cpu_count() or 1), progress)
 
 
@@ -117,6 +131,8 @@ def chunk_numbers(text: str, manifest: Manifest) -> list[int]:
     first, last = int(found[1]), int(found[2] or found[1])
     for number in (first, last):
         manifest.cases(number)
+    if last < first:
+        raise FlightError(f"--chunk {text}: the last chunk comes before the first")
     return list(range(first, last + 1))
 
 

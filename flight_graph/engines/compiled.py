@@ -222,6 +222,11 @@ class Flight:
         return self._schedule
 
     @property
+    def codes(self) -> dict | None:
+        """node -> part -> its machine code; None in plain Python."""
+        return self._codes
+
+    @property
     def bounds_checked(self) -> bool:
         """Whether its machine code checks the bounds of arrays."""
         return self._run.check_bounds

@@ -8,13 +8,19 @@ import numpy as np
 from flight_graph.engines.addresses import byte_at, compiled, double_at, row, single_at, word_at
 from flight_graph.faults import conditions
 
+ADDRESSES = {}  # table -> names of its addresses of data
+
 
 def table(words: str, numbers: str = "") -> np.dtype:
-    """A row of int64 and float64 fields; their names are no attributes of a NumPy record."""
-    return np.dtype([(name, "<i8") for name in words.split()] + [(name, "<f8") for name in numbers.split()])
+    """A row of int64 and float64 fields; their names are no attributes of a NumPy record. An address of data has a star
+    behind its name."""
+    names = words.split()
+    made = np.dtype([(name.rstrip("*"), "<i8") for name in names] + [(name, "<f8") for name in numbers.split()], align=True)
+    ADDRESSES[made] = tuple(name.rstrip("*") for name in names if name.endswith("*"))
+    return made
 
 
-STEP = table("op a b address kind width epoch_ns", "constant value")  # a, b: addresses of earlier steps
+STEP = table("op a* b* address* kind width epoch_ns", "constant value")  # a, b: earlier steps
 STEP_SIZE = STEP.itemsize
 DOUBLE, SINGLE, SIGNED, UNSIGNED = range(4)  # kinds of a number that is read
 _KINDS = {"<f8": DOUBLE, "<f4": SINGLE, "|b1": UNSIGNED}  # and whole numbers, by their letter

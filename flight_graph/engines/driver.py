@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.extending import intrinsic
 
 from flight_graph.engines import effects
@@ -25,11 +26,11 @@ from flight_graph.engines.tape import Reels
 
 _WORD = "<i8"
 
-CONTROL = table("tick end epoch_ns base_ns stop who holds holds_end firings firings_end fire when when_end")  # addresses
-HOLD = table("next period target origin size ticks")  # ticks: of the messages of a tape, one behind the other at origin
-FIRING = table("next period part parameters state records fault outputs outputs_end own start")
-OUTPUT = table("next period stamp record size runs runs_end visible log log_next log_period channel times "
-               "reductions reductions_end")
+CONTROL = table("tick end epoch_ns base_ns stop who holds* holds_end* firings* firings_end* fire when* when_end*")
+HOLD = table("next period target* origin* size ticks")  # ticks: of the messages of a tape, one behind the other at origin
+FIRING = table("next period part parameters* state* records* fault* outputs* outputs_end* own* start")
+OUTPUT = table("next period stamp* record* size runs* runs_end* visible* log* log_next log_period channel* times* "
+               "reductions* reductions_end*")
 RUN = table("offset count is_double")  # of floats that must be finite: bytes of a record
 _HOLD_SIZE, _FIRING_SIZE, _OUTPUT_SIZE, _RUN_SIZE = (table.itemsize for table in (HOLD, FIRING, OUTPUT, RUN))
 _EXPONENT, _EXPONENT_4 = 0x7FF0000000000000, 0x7F800000  # all ones in inf and NaN
@@ -37,11 +38,10 @@ _EXPONENT, _EXPONENT_4 = 0x7FF0000000000000, 0x7F800000  # all ones in inf and N
 
 @intrinsic
 def call(typing, part, t_ns, parameters, state, records):
-    """Call the C function of a part at its address."""
+    """Call a part: at its address, where code has one (`flight_graph.engines.object_code`)."""
     def codegen(context, builder, signature, args):
-        word = ir.IntType(64)
-        function = ir.FunctionType(ir.VoidType(), [word] * 4)
-        builder.call(builder.inttoptr(args[0], function.as_pointer()), args[1:])
+        kind = ir.FunctionType(ir.VoidType(), [ir.IntType(64)] * 5)
+        builder.call(cgutils.get_or_insert_function(builder.module, kind, "flight_part"), args)
         return context.get_dummy_value()
 
     return types.void(*[types.int64] * 5), codegen
@@ -51,9 +51,8 @@ def call(typing, part, t_ns, parameters, state, records):
 def call_fire(typing, fire_at, firing_at, tick, t_ns, stamp):
     """Call `fire` at its address: its machine code, with all that faults do, exists once."""
     def codegen(context, builder, signature, args):
-        word = ir.IntType(64)
-        function = ir.FunctionType(word, [word] * 4)
-        return builder.call(builder.inttoptr(args[0], function.as_pointer()), args[1:])
+        kind = ir.FunctionType(ir.IntType(64), [ir.IntType(64)] * 5)
+        return builder.call(cgutils.get_or_insert_function(builder.module, kind, "flight_fire"), args)
 
     return types.int64(*[types.int64] * 5), codegen
 
@@ -196,7 +195,8 @@ def run(control_at):
 
 
 # -- as machine code ---------------------------------------------------------------------------------------------------
-CODE = Called("driver", {"run": (run, types.int64(types.int64)), "fire": (fire, types.int64(*[types.int64] * 4))},
+FIRE = types.int64(*[types.int64] * 4)
+CODE = Called("driver", {"run": (run, types.int64(types.int64)), "fire": (fire, FIRE)},
               [Path(__file__).with_name(f"{name}.py")
                for name in ("driver", "effects", "reductions", "condition_steps", "addresses")])
 
@@ -210,7 +210,7 @@ class Tables:
 
     def __init__(self, schedule: Schedule, arrays: dict, codes: dict, epoch_ns: int = 0):
         self.arrays, self._codes = arrays, codes
-        self._io = np.array([address(arrays[name]) for firing in schedule.firings for name in firing.records], _WORD)
+        self.io = np.array([address(arrays[name]) for firing in schedule.firings for name in firing.records], _WORD)
         held = np.array([(0, hold.period, address(arrays[hold.target]), address(arrays[hold.origin]),
                           arrays[hold.target].nbytes, 0) for hold in schedule.holds], HOLD)
         self._reels = Reels(schedule.tapes, arrays, HOLD)
@@ -228,7 +228,7 @@ class Tables:
         self._logs = {one.log: (i, one.signal.dtype.itemsize) for i, one in enumerate(made) if one.log}
         self.outputs = np.array([(*self._output(one, *ends[i:i + 2]), *reductions[i:i + 2])
                                  for i, one in enumerate(made)], OUTPUT)
-        rows, record, output = [], address(self._io), address(self.outputs)
+        rows, record, output = [], address(self.io), address(self.outputs)
         for firing in schedule.firings:
             state, after = arrays[firing.state], output + OUTPUT.itemsize * len(firing.publications)
             part, start = (codes[firing.node].get(name) for name in (firing.part, "start"))
@@ -266,6 +266,10 @@ class Tables:
             table = getattr(self, name)
             control[name], control[f"{name}_end"] = address(table), address(table) + table.nbytes
         return control
+
+    def all(self) -> list[np.ndarray]:
+        """All tables, in an order that a schedule decides; ``io`` is one of addresses alone."""
+        return [self.io, self.holds, self.runs, self.outputs, self.reductions, self.firings, *self.faults.all()]
 
     def rewind(self) -> None:
         """As before the first tick; faults remember what they remember."""

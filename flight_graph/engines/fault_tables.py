@@ -24,6 +24,10 @@ class FaultTables:
             if firing.own is not None:
                 self._owns[firing.node, firing.part] = self._own_row(firing)
 
+    def all(self) -> list[np.ndarray]:
+        """All its tables."""
+        return [*self._rows, *self._owns.values(), *self._channels.values()]
+
     def channel(self, made) -> int:
         """Address of the way of an output through its faults; 0: it has none."""
         return address(self._channels[made.channel.name, made.record]) if made.channel is not None else 0

@@ -1,8 +1,8 @@
 """Numbers that messages are reduced to while a run flies: one source for machine code and plain Python.
 
-A reduction is one measure (`flight_graph.graphs.measures`) at one output. It is fed with every message that is recorded, or
-would be, in the moment in which it would go into the log. So it needs no log: its memory is one row, however long the run is.
-`result` says at the end what `Measure.of` says of all messages, bit for bit.
+A reduction is one measure (`flight_graph.graphs.measures`) at one output. It is fed with every message that is recorded,
+or would be, in the moment in which it would go into the log. So it needs no log: its memory is one row, however long the
+run is. `result` says at the end what `Measure.of` says of all messages, bit for bit.
 """
 
 import math
@@ -15,7 +15,7 @@ from flight_graph.engines.addresses import address, compiled, half_at, row
 from flight_graph.engines.condition_steps import SECOND, number_at, number_kind, table
 from flight_graph.graphs.measures import COUNTED, KINDS, Measure
 
-REDUCTION = table("kind of offset count number width stamp epoch_ns below memory", "limit about")  # memory: an address
+REDUCTION = table("kind of offset count number width stamp epoch_ns below memory*", "limit about")
 MEMORY = table("messages met", "value total since")
 _SIZE = REDUCTION.itemsize
 _LARGEST, _LEAST, _FINAL, _INTEGRAL, _FIRST, _SETTLING = range(len(KINDS))

@@ -22,8 +22,8 @@ _TIME, _STATE, _SPAWNED = 1, 2, 4  # scopes of a reset
 _ABOUT = ("docs/simulation_control.md. A step is one firing of the clock master. Time and state are reset together; the "
           "parameter reset_to_s of the node simulation says to which time, its parameter rate how fast the run goes. "
           "Velocities that are not published are NaN.")
-_NO_SETTING = ("the motion of an entity follows from its equations; it begins elsewhere by parameters: flight run --set, or "
-               "--from BAG@SECONDS --set for a branch")
+_NO_SETTING = ("the motion of an entity follows from its equations alone; it begins elsewhere by parameters (flight run "
+               "--set)")
 
 
 def offer(node) -> bool:
@@ -55,7 +55,7 @@ class _Served:
     def get_simulator_features(self, _, response):
         from simulation_interfaces.msg import SimulatorFeatures
         names = _FEATURES if self._run.limits.why_no_reset else (*_FEATURES, "SIMULATION_RESET")
-        response.features.features = [getattr(SimulatorFeatures, name) for name in names if hasattr(SimulatorFeatures, name)]
+        response.features.features = [getattr(SimulatorFeatures, name) for name in names]
         response.features.custom_info = _ABOUT
         return response
 
@@ -123,12 +123,13 @@ class _Served:
     def _unknown(self, name):
         if name in self._entities.about:
             return None
-        return Answer(control.NOT_FOUND, f"there is no entity '{name}'; there is {', '.join(self._entities.about) or 'none'}")
+        known = ", ".join(self._entities.about) or "none"
+        return Answer(control.NOT_FOUND, f"there is no entity '{name}'; there is {known}")
 
     def _filtered(self, filters):
         if filters.tags.tags or filters.bounds.points:
-            return [], Answer(control.UNSUPPORTED, "entities have no tags and no bounds here; allowed filters: the expression, "
-                              "and categories")
+            return [], Answer(control.UNSUPPORTED, "entities have no tags and no bounds here; allowed filters: the "
+                              "expression, and categories")
         try:
             found = self._entities.matching(filters.filter)
         except FlightError as error:

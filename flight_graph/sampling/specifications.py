@@ -28,7 +28,7 @@ def parse_vary(text: str) -> tuple[str, list | Spaced | Distribution]:
     key, equals, given = text.partition("=")
     where = f"--vary {short(text)}"
     if not (key and equals and given):
-        raise FlightError(f"{where}: this says not what is varied and how; allowed: {FORMS}")
+        raise FlightError(f"{where}: it does not say what is varied and how; allowed: {FORMS}")
     if key.endswith(".use"):  # the names of components may have a colon
         return key, _values(given, where)
     word, colon, rest = given.partition(":")

@@ -15,15 +15,18 @@ import numpy as np
 
 from flight_graph.components.records import Array, Choice, field
 from flight_graph.errors import FlightError
+from flight_graph.scenes.scene import Mesh
+from flight_graph.scenes.shapes import rounded, thinned
 from flight_math import Mat3, Vec3, kernel
 from sim_nodes.gravity import bodies
 from sim_nodes.gravity.ellipsoid import site_frame
 from sim_nodes.gravity.polyhedron import Polyhedron, evaluate, faces_gravity
 from sim_nodes.gravity.superellipsoid import Superellipsoid, exponent_for_volume
 from sim_nodes.lander.dynamics import dynamics
-from sim_nodes.lander.plant import LanderPlant, LanderPlantParameters, LanderPlantState, moving
+from sim_nodes.lander.plant import LanderPlant, LanderPlantParameters, LanderPlantState, motion_kernels
 from sim_nodes.lander.site import GravityModel, GravityModelParameters, SiteState, gravity_model
 
+SURFACE_FREQUENCY, SURFACE_FACES = 4, 320  # of the body as it looks
 FACES, VERTICES = 1280, 1280  # capacity of the tables; a closed surface in one piece has half as many vertices as faces
 BENNU_EXPONENT = exponent_for_volume(*bodies.BENNU_SEMI_AXES, bodies.sphere_volume(bodies.BENNU_MEAN_RADIUS))
 RIGHT_ANGLE = 0.5 * math.pi  # [rad]
@@ -153,7 +156,7 @@ class PolyhedralPlant(LanderPlant):
     """The lander near a rotating polyhedron, a superellipsoid's or a user's mesh: body, thrusters, contact trigger."""
 
     parameters, state = polyhedral_parameters(LanderPlantParameters), polyhedral_state(LanderPlantState)
-    start, update = moving(prepare_site, POLYHEDRON)
+    start, update = motion_kernels(prepare_site, POLYHEDRON)
 
     @classmethod
     def resolve(cls, values, where, folder=None):
@@ -163,6 +166,13 @@ class PolyhedralPlant(LanderPlant):
     def site(cls, values, where):
         position, rotation = site_of(values, where)
         return position, rotation, Vec3(*evaluate(body_of(values, where).polyhedron, position)[0][0])
+
+    @classmethod
+    def surface(cls, values):
+        body = body_of(values, "scene")
+        if values["gravity_model"] == "superellipsoid":
+            return rounded(Mesh(*body.shape.mesh(SURFACE_FREQUENCY))), lambda d: float(body.shape.radius(d))
+        return thinned(body.polyhedron.vertices, body.polyhedron.faces, SURFACE_FACES), body.radius
 
     @classmethod
     def tables(cls, values):

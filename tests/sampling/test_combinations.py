@@ -65,7 +65,7 @@ def test_words_of_the_command_line(word, key, how):
 
 
 @pytest.mark.parametrize(("word", "words"), [
-    ("plant.mass", "says not what is varied"), ("=1", "says not what"), ("plant.mass=", "says not what"),
+    ("plant.mass", "does not say what is varied"), ("=1", "does not say what"), ("plant.mass=", "does not say what"),
     ("a.b=1:2", "FROM:TO:COUNT"), ("a.b=gauss:1,2", "no distribution 'gauss'"), ("a.b=normal:1", "takes 2 or 4 numbers"),
     ("a.b=normal:1,-2", "standard deviation >= 0"), ("a.b=uniform:2,1", "from < to"), ("a.b=1:x:3", "valid number"),
     ("a.b=nan:1:3", "finite"), ("a.b=1:2:1e9", "valid integer|at most"), ("a.b=count:x", "valid integer"),

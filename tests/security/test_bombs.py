@@ -27,7 +27,7 @@ YAML = {"unfolding": unfolding(), "deep": "[" * 300_000, "deep mappings": "{a: "
 READERS = {
     "scenario": ("from flight_graph.graphs.scenario import load", "load(sys.argv[1])", ".yaml"),
     "parameters": ("from pathlib import Path\nfrom flight_graph.components import parameter_file",
-                   "parameter_file.overrides(Path(sys.argv[1]), {'plant': {'use': 'sim_nodes/cubli_plant'}})", ".yaml"),
+                   "parameter_file.overrides(Path(sys.argv[1]), {'plant': ('sim_nodes/cubli_plant', None)})", ".yaml"),
     "robot": ("from spacerobot_ros.robot_files import find_model", "find_model(sys.argv[1])", ".yaml"),
 }
 

@@ -178,8 +178,11 @@ def test_a_full_disk(whole, tmp_path, monkeypatch):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(FlightError, match=r"cannot be written: no space left on device; nothing that was there is lost"):
+    with pytest.raises(FlightError, match=r"no space left on device; nothing that was there is lost: the campaign goes on"):
         filled(campaign, scenario)
+    with pytest.raises(FlightError, match=r"no space left on device; nothing that was there is lost$"):
+        opening.run_here(scenario, tmp_path / "new")
+    assert not (tmp_path / "new").exists(), "a folder that holds no campaign is in the way of the next one"
     assert sorted(path.name for path in campaign.path.iterdir()) == ["campaign.json", "part-000001.parquet"]
     monkeypatch.undo()
     assert parts(filled(campaign, scenario)) == parts(whole)

@@ -65,7 +65,7 @@ def test_varied_by_the_command_line(file, tmp_path):
 @pytest.mark.parametrize(("arguments", "words"), [
     (["sweep", "cubli_asteroid"], "nothing to sweep"),
     (["run", "cubli_asteroid", "--case", "0"], "it has no case 0"),
-    (["sweep", "FILE", "--runs", "0"], "--runs 0"),
+    (["sweep", "FILE", "--runs", "0"], "--runs 0: allowed: 1 to 1000000"),
     (["sweep", "FILE", "--set", "seed=3"], "'seed' is varied by the sweep"),
     (["run", "FILE", "--case", "1", "--seed", "3"], "'seed' is varied"),
     (["run", "FILE", "--case", "-1"], "there is no case -1"),
@@ -80,6 +80,7 @@ def test_varied_by_the_command_line(file, tmp_path):
     (["sweep", "CAMPAIGN", "--set", "plant.inertia=3"], "has this fixed"),
     (["sweep", "CAMPAIGN", "--runs", "3"], "can be extended, not cut"),
     (["sweep", "CAMPAIGN", "--chunk", "99"], "this campaign has the chunks 0 to 11"),
+    (["sweep", "CAMPAIGN", "--chunk", "3-1"], "the last chunk comes before the first"),
     (["sweep", "CAMPAIGN", "--chunk", "a"], "write a number, N, or several, N-M"),
     (["run", "CAMPAIGN"], "--case says which of its runs is meant"),
     (["sweep", "EMPTY", "--resume"], "holds no campaign"),
