@@ -38,8 +38,9 @@ class Publication:
     """What follows the firing that wrote an output, at every period-th tick: check, show to readers, log, reduce.
 
     visible: the copy that readers see, where the output is slower than its node or its messages may be missing.
-    log_period [ticks]: of the log and of reductions, 0 for neither. written: the record that the part writes, where faults stand between
-    it and ``record``; channel: the way through them; times: ticks of the logged messages, where they are not regular.
+    log_period [ticks]: of the log and of reductions, 0 for neither. written: the record that the part writes, where faults
+    stand between it and ``record``; channel: the way through them; times: ticks of the logged messages, where they are not
+    regular.
     """
 
     port: str

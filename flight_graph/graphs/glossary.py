@@ -20,9 +20,9 @@ import numpy as np
 from flight_graph.components import names, namespaces
 from flight_graph.graphs import fault_scores, measures, metrics
 from flight_graph.graphs.fault_scores import times
-from flight_graph.graphs.metric_entry import MetricEntry, flag, number, word
+from flight_graph.graphs.metric_entry import Alarm, MetricEntry, flag, number, word
 
-__all__ = ["Glossary", "LandingPoints", "MetricEntry", "Trace", "flag", "number", "of", "recorded", "word"]
+__all__ = ["Alarm", "Glossary", "LandingPoints", "MetricEntry", "Trace", "flag", "number", "of", "recorded", "word"]
 
 
 @dataclass(frozen=True)

@@ -22,19 +22,19 @@ SET_PARAMETERS = "flight_graph.set"  # metadata: the parameters that were set du
 LARGEST = 4 << 20  # [bytes] of it
 
 
-def read_scenario(bag: Bag, consent: Consent, with_figure: bool = False, set_before_ns: int | None = None) -> Scenario:
+def read_scenario(bag: Bag, consent: Consent, functions: tuple[str, ...] = (), set_before_ns: int | None = None) -> Scenario:
     """The scenario of a run's bag. Raises FlightError.
 
-    consent: is asked before code runs that does not come with the packages; with_figure: the function that draws the run
-    will be called as well. set_before_ns: forget the parameters that were set during the run at this time [ns] or later.
+    consent: is asked before code runs that does not come with the packages; functions: those keys of the scenario whose
+    functions will be called as well ("metrics", "figure"). set_before_ns: forget the parameters that were set during the
+    run at this time [ns] or later.
     """
     data = _data(bag)
     if set_before_ns is not None:
         _forget(bag, data, set_before_ns)
     components = [(name, entry) for name, entry, _ in vehicles.components(data)]
     found = [code for name, entry in components if (code := _component(bag, name, entry["use"]))]
-    if with_figure:
-        found += [code for name in vehicles.values_of(data, "figure") if (code := _figure(bag, name))]
+    found += [code for key in functions for name in vehicles.values_of(data, key) if (code := _function(bag, key, name))]
     if found:
         consent(_where(bag), found)
     for name, entry in components:
@@ -91,10 +91,10 @@ def _component(bag, name, use) -> Foreign | None:
     return Foreign(f"component {name}", use, f"{file}, which the bag carries ({how})", foreign.digest(attachment.data))
 
 
-def _figure(bag, name) -> Foreign | None:
+def _function(bag, key, name) -> Foreign | None:
     if _is_file(name):
-        raise FlightError(f"{bag.path}: figure: '{name}' is a function of a file that the bag does not carry")
-    return foreign.of_function("figure", name, None)
+        raise FlightError(f"{bag.path}: {key}: '{name}' is a function of a file that the bag does not carry")
+    return foreign.of_function(key, name, None)
 
 
 def _unpacked(bag, name, use) -> str:

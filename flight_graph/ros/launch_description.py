@@ -75,13 +75,11 @@ def node_table(scenario: Scenario, pace: str, factor: float, out: str, origin: s
             rows.append({"package": "sim_nodes", "executable": "recorder", "name": name, "namespace": "", "arguments": [],
                          "parameters": {**values, "scenario": origin or scenario.name, "out": out, "graph.linger": False}})
             continue
-        if name == SIMULATION:
-            rows.append({"package": "sim_nodes", "executable": name, "name": name, "namespace": "", "arguments": [],
-                         "parameters": values})
-            continue
         if name not in scenario.graph.nodes:
-            rows.append({"package": "sim_nodes", "executable": STAND_IN, "name": name, "namespace": "", "arguments": [],
-                         "parameters": values})
+            executable = name if name == SIMULATION else STAND_IN
+            namespace, _, own = name.rpartition(".")
+            rows.append({"package": "sim_nodes", "executable": executable, "name": own, "namespace": ros(namespace),
+                         "arguments": [], "parameters": values})
             continue
         use, component = scenario.graph.nodes[name].use, scenario.graph.nodes[name].component
         if ":" in use or component.namespace:

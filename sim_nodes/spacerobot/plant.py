@@ -272,6 +272,7 @@ def diverged(motion):
 def moving_frames(names):
     """The function of a record of truth/frames that makes the transforms of base and links. names: of the bodies."""
     def made(record):
+        """The transforms of the frames that move."""
         links = ((names[int(parent)], names[i + 1], record.offsets[3 * i:3 * i + 3], record.rotations[4 * i:4 * i + 4])
                  for i, parent in enumerate(record.parents))
         return transforms(record.header.stamp, (spacerobot.INERTIAL, spacerobot.BASE, record.position, record.attitude),
@@ -282,7 +283,11 @@ def moving_frames(names):
 def true_joints(topics):
     """The function of a record of truth/frames that makes the joints' angles."""
     names = topics.joint_state.fixed["name"]
-    return lambda record: joint_states(record, names, record.joints)
+
+    def made(record):
+        """The joints' angles."""
+        return joint_states(record, names, record.joints)
+    return made
 
 
 def check_initial_joints(values, where):
