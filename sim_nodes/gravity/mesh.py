@@ -29,8 +29,8 @@ SMALLEST_AREA = 1e-12  # [-] of the mesh's largest extent squared
 def load_obj(path: Path, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (n, 3) [m] and faces (m, 3) of a Wavefront .obj file; polygons become fans. Raises FlightError.
 
-    scale: metres a unit of the file (1000 for kilometres). Only ``v`` and ``f`` lines are read. There is no limit but memory:
-    a part of what is free (`SHARE`) has to hold the mesh.
+    scale: metres a unit of the file (1000 for kilometres). Only ``v`` and ``f`` lines are read. There is no limit but
+    memory: a part of what is free (`SHARE`) has to hold the mesh.
     """
     if not os.path.exists(path):
         raise FlightError(f"there is no mesh file '{short(str(path))}'")

@@ -1,9 +1,9 @@
 """The lander near a homogeneous polyhedron, a superellipsoid's mesh or a user's own, and its gravity model on board.
 
 Plant and gravity model are those of `sim_nodes.lander.plant` and `sim_nodes.lander.site`; body, surface and field are
-those of `sim_nodes.gravity`. A mesh is no parameter: it stands in tables of the state. They have room for 1280 faces; a scenario with
-a larger mesh runs with a class of more room (`with_room`), four times as much each, called by it: ``plant_5120``. A
-superellipsoid's surface is taken in closed form, its gravity from the inscribed mesh with the same mass.
+those of `sim_nodes.gravity`. A mesh is no parameter: it stands in tables of the state. They have room for 1280 faces; a
+scenario with a larger mesh runs with a class of more room (`with_room`), four times as much each, called by it:
+``plant_5120``. A superellipsoid's surface is taken in closed form, its gravity from the inscribed mesh with the same mass.
 Frames: A is the body's (z along the spin; latitude and longitude are planetocentric), D stands on the surface's normal.
 """
 
@@ -217,7 +217,10 @@ _KINDS = {"plant": (PolyhedralPlant, LanderPlantState, "sim_nodes/lander_polyhed
 
 
 def fitting(kind: str, component, values: dict) -> str | None:
-    """The name of the class with the room that these parameters need; None where ``component`` has it. Raises FlightError."""
+    """The name of the class with the room that these parameters need; None where ``component`` has it.
+
+    Raises FlightError.
+    """
     room = room_for(values, kind)
     if room == component.room:
         return None
