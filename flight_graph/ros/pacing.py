@@ -64,6 +64,7 @@ class Pacing:
                 self._take_rate(order.rate)
                 self._report(t_ns, f"rate {order.rate:g}" if order.rate else "rate as fast as the graph answers")
             elif order.do == said.NOTE:
+                self._settle(t_ns, None)
                 self._report(t_ns, order.note)
             else:
                 self._runs, self._due_ns = True, None
@@ -78,13 +79,17 @@ class Pacing:
 
     def _stand(self, t_ns, done):
         """Stand before the firing at t, when all other nodes have done what comes before."""
-        if self._node.settings.lockstep:
-            lockstep.wait_for_nodes(self._node, t_ns, self._others)
+        self._settle(t_ns, self._others)
         if self._steps and done == "paused":
             self._report(t_ns, said.STEPPED)
         self._runs = False
         self._report(t_ns, done)
         self._steps = self._left = None
+
+    def _settle(self, t_ns, names):
+        """Lockstep: wait until nodes have done what comes before t; the recorder among all (None): it has written it."""
+        if self._node.settings.lockstep:
+            lockstep.wait_for_nodes(self._node, t_ns, names)
 
     def _report(self, t_ns, done, is_over=False):
         ticks = self._steps - self._left if self._steps and done == said.STEPPED else 0

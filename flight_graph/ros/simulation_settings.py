@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 NODE = "simulation"
 ORDERS, REPORTS = f"_{NODE}/orders", f"_{NODE}/reports"
-RUN, STEP, STAND, RATE, NOTE = "run", "step", "stand", "rate", "note"  # what an order may be
+RUN, STEP, STAND, RATE, NOTE = "run", "step", "stand", "rate", "note"  # what an order may be; NOTE: when all is in the bag
 STEPPED = "stepped"
 RECORDED = "flight_graph.control"  # metadata of a bag: what was done, as JSON
 
