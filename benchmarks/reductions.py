@@ -2,8 +2,8 @@
 
     python benchmarks/reductions.py [--runs 96] [--repeats 3]
 
-The rover's campaign (cubli_asteroid, 100 Hz, drawn mass, angles and seeds) with six measures of three topics, 60 s and 600 s.
-The numbers are the same in both ways, which this compares; CPU time is counted, in one thread, both ways in turn.
+The rover's campaign (cubli_asteroid, 100 Hz, drawn mass, angles and seeds) with six measures of three topics, 60 s and
+600 s. The numbers are the same in both ways, which this compares; CPU time is counted, in one thread, both ways in turn.
 """
 
 import argparse
@@ -12,7 +12,8 @@ import time
 from pathlib import Path
 
 MEASURES = {
-    "rate_peak": {"largest": "plant.truth.rates", "of": "norm"}, "settled": {"settling": "plant.truth.angles", "within": 0.008},
+    "rate_peak": {"largest": "plant.truth.rates", "of": "norm"},
+    "settled": {"settling": "plant.truth.angles", "within": 0.008},
     "tilted": {"first": "plant.truth.angles", "above": 0.3}, "last": {"final": "plant.truth.angles", "of": "absolute"},
     "effort": {"integral": "controller.command.effort", "of": "squared"},
     "doubt": {"largest": "estimator.filter.innovation_squared"}}
@@ -59,8 +60,8 @@ def main() -> None:
         kept = {way: next(iter(made._prepared.values()))._run.schedule.log_bytes(int(100 * seconds)) for way, made in
                 ways.items()}
         ms = {way: 1e3 * statistics.median(found) for way, found in spent.items()}
-        print(f"cubli_asteroid, {seconds:g} s, {chosen.runs} runs, six measures: from logs {ms['log']:.2f} ms of CPU a run and "
-              f"{kept['log'] / 1e6:.2f} MB of log, in the loop {ms['loop']:.2f} ms and {kept['loop'] / 1e6:.2f} MB: "
+        print(f"cubli_asteroid, {seconds:g} s, {chosen.runs} runs, six measures: from logs {ms['log']:.2f} ms of CPU a run "
+              f"and {kept['log'] / 1e6:.2f} MB of log, in the loop {ms['loop']:.2f} ms and {kept['loop'] / 1e6:.2f} MB: "
               f"{ms['log'] / ms['loop']:.2f} times faster")
 
 

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from flight_graph.cli.scenarios import Json, Params, Settings, overrides
-from flight_graph.cli.show import add, console, number, status, steps
+from flight_graph.cli.show import add, console, next_command, number, status, steps
 from flight_graph.cli.trust import Trust, asked
 from flight_graph.errors import FlightError
 
@@ -177,9 +177,10 @@ def _all(campaign, scenario, where, figure, as_json):
         console.print(f"case {row['case']} ({row['status']}): {row['sentence']}", markup=False)
     if bad := total - counted.get("ok", 0):
         console.print(f"{bad} of {total} runs did not end well; the table's column 'sentence' says why")
-    print(campaign.path)
+    print(campaign.path, flush=True)
     if figure is not None:
-        print(figure)
+        print(figure, flush=True)
+    next_command("flight", "report", campaign.path)
 
 
 def _fault_table(rows):

@@ -12,6 +12,7 @@ from flight_graph.engines.part_calls import parts as parts_of
 from flight_graph.errors import FlightError
 
 ENTRY = "flight"  # of the PTX
+THREADS = 64  # of a block
 _SOURCES = ("device_code.py", "thread.py", "../engines/part_calls.py")
 
 

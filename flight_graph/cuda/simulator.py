@@ -5,7 +5,7 @@ Each thread runs the twin of the device's code: the same intermediate code, comp
 
 from numba import cuda
 
-from flight_graph.cuda.devices import THREADS
+from flight_graph.cuda.modules import THREADS
 
 
 def thread(twin, controls, stride, count, end):

@@ -1,8 +1,8 @@
 """Numbers that messages are reduced to while a run flies: one source for machine code and plain Python.
 
-A reduction is one measure (`flight_graph.graphs.measures`) at one output. It is fed with every message that is recorded, or
-would be, in the moment in which it would go into the log. So it needs no log: its memory is one row, however long the run is.
-`result` says at the end what `Measure.of` says of all messages, bit for bit.
+A reduction is one measure (`flight_graph.graphs.measures`) at one output. It is fed with every message that is recorded,
+or would be, in the moment in which it would go into the log. So it needs no log: its memory is one row, however long the
+run is. `result` says at the end what `Measure.of` says of all messages, bit for bit.
 """
 
 import math

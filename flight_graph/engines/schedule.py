@@ -5,7 +5,8 @@ Nothing here belongs to an engine: names stand for arrays. `flight_graph.engines
 
 The memory of a run is a dictionary of arrays: P_ and X_ (parameters and state of each node), O_ (what a node wrote to an
 output), V_ (what readers see of an output slower than its node), H_ (what an input that is delayed or unconnected
-holds), L_ (the log of an output), M_ (what a measure remembers). A dot, which is in no name, stands between node and port.
+holds), L_ (the log of an output), M_ (what a measure remembers). The last dot stands between node and port: a port's name
+has none.
 """
 
 from dataclasses import dataclass, field
@@ -36,9 +37,10 @@ class Hold:
 class Publication:
     """What follows the firing that wrote an output, at every period-th tick: check, show to readers, log, reduce.
 
-    visible: the copy that readers see, where the output is slower than its node or its messages may be missing. log_period
-    [ticks]: of the log and of reductions, 0 for neither. written: the record that the part writes, where faults stand between
-    it and ``record``; channel: the way through them; times: ticks of the logged messages, where they are not regular.
+    visible: the copy that readers see, where the output is slower than its node or its messages may be missing.
+    log_period [ticks]: of the log and of reductions, 0 for neither. written: the record that the part writes, where faults
+    stand between it and ``record``; channel: the way through them; times: ticks of the logged messages, where they are not
+    regular.
     """
 
     port: str

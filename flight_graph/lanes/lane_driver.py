@@ -128,7 +128,8 @@ def not_finite(record, run_at, end):
 
 @compiled
 def publish(at, tick, alive):
-    """Check a woven output, show it to readers, log and reduce it. Returns the lanes (bits) whose numbers are not all finite.
+    """Check a woven output, show it to readers, log and reduce it. Returns the lanes (bits) whose numbers are not all
+    finite.
     """
     output = row(at, OUTPUT)
     bad = 0
