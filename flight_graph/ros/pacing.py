@@ -1,6 +1,5 @@
 """The clock master of a run that is controlled: before each of its firings it obeys, stands, and keeps the rate."""
 
-import json
 import time
 
 from flight_graph.ros import lockstep
@@ -54,8 +53,8 @@ class Pacing:
 
     def _obey(self, t_ns):
         while (message := self._orders.take()) is not None:
-            order = Order(**json.loads(text_of(message)))
-            if order.segment != self._control.segment or order.number <= self._number:
+            order = said.parsed(Order, text_of(message))
+            if order is None or order.segment != self._control.segment or order.number <= self._number:
                 continue
             self._number = order.number
             if order.do == said.STAND:

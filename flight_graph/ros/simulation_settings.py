@@ -69,6 +69,14 @@ def control_of(text: str) -> Control | None:
     return Control(**json.loads(text)) if text else None
 
 
+def parsed(kind: type, text: str) -> Order | Report | None:
+    """An `Order` or a `Report` from its text; None for what is none: anybody may publish on a topic."""
+    try:
+        return kind(**json.loads(text))
+    except (ValueError, TypeError):
+        return None
+
+
 def add_entry(entries: list[dict], report: Report, base_ns: int) -> None:
     """Add what was done to the entries for the bag; steps that follow upon steps are one entry."""
     if not report.done or (report.done == STEPPED and not report.ticks):
