@@ -71,6 +71,9 @@ def _of_bags(bags, names, over, out, list_fields, window, trust):
     with working(f"reading {', '.join(map(str, bags))}", True):
         runs = [BagLines(bag, name) for bag, name in zip(bags, run_names(bags))]
     tell_unchecked(*(run.bag for run in runs))
+    for run in runs:
+        if run.odd_scenario:
+            status(run.odd_scenario)
     if list_fields:
         _list(runs)
         return

@@ -5,6 +5,8 @@ import hashlib
 import numpy as np
 from plotly import graph_objects
 
+from flight_graph.errors import FlightError
+from flight_graph.graphs.metrics import told
 from flight_graph.plots.marks import ACT, END, FAULT, LIMIT, MODE, MOST, SETTING
 from flight_graph.plots.series import Quantity
 from flight_graph.plots.thinning import chosen
@@ -103,18 +105,24 @@ def metric_table(runs) -> list:
 
 def glance(runs) -> list:
     """What the scenarios declare to be worth a line over time."""
-    found = {}
+    found, odd = {}, []
     for run in runs:
         if run.scenario is None:
             continue
         signals = run.signals
         for trace in run.glossary.traces:
-            if all(topic in signals for topic in trace.topics):
-                t, values = trace.function(run.scenario, signals)
-                if len(t):
-                    quantity = Quantity("", trace.name, trace.unit, np.asarray(t), {"": np.asarray(values, float)})
-                    found.setdefault((trace.name, trace.unit, trace.meaning), []).append((run, quantity))
-    return [_figure(f"{name}: {meaning}", unit, shown, runs) for (name, unit, meaning), shown in found.items()]
+            if not all(topic in signals for topic in trace.topics):
+                continue
+            try:
+                with told(f"{run.name}: {trace.name}"):
+                    t, values = trace.function(run.scenario, signals)
+            except FlightError as error:
+                odd.append(str(error))
+                continue
+            if len(t):
+                quantity = Quantity("", trace.name, trace.unit, np.asarray(t), {"": np.asarray(values, float)})
+                found.setdefault((trace.name, trace.unit, trace.meaning), []).append((run, quantity))
+    return [_figure(f"{name}: {meaning}", unit, shown, runs) for (name, unit, meaning), shown in found.items()] + odd
 
 
 def topic(runs, name: str) -> list:
