@@ -64,8 +64,8 @@ def _of_a_bag(folder: Path, pictures: Path | None) -> None:
     with Browser(path) as browser:
         browser.wait("document.querySelector('[data-drawn=yes]') !== null")
         opened = browser.run("drawnAt")
-        print(f"first figures drawn {opened / 1000.0:.2f} s after the navigation began; its thread took {browser.busy_s:.2f} s "
-              "of CPU\n")
+        print(f"first figures drawn {opened / 1000.0:.2f} s after the navigation began; its thread took "
+              f"{browser.busy_s:.2f} s of CPU\n")
     if pictures:
         photograph(path, pictures / "bag_report.png", BAG_SIZE)
 

@@ -107,8 +107,8 @@ class BagLines:
             nearest = nearest or known[:NEAREST]
         what = f"did you mean {' or '.join(map(short, nearest))}?" if nearest else "it has no numbers"
         bag = "" if "." in text else ", and there is no bag of this name"
-        return FlightError(f"{self.bag.path}: it has no field '{short(text)}'{bag}; {what} (flight plot {self.bag.path} --fields "
-                           "lists all)")
+        return FlightError(f"{self.bag.path}: it has no field '{short(text)}'{bag}; {what} (flight plot {self.bag.path} "
+                           "--fields lists all)")
 
     def _read(self, topic):
         columns = table(self.bag, topic)

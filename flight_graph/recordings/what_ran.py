@@ -1,4 +1,4 @@
-"""What was set in a run, and which case of a sweep it is, by comparing it with the scenario of its name that is installed."""
+"""What was set in a run, and which case of a sweep it is: found by comparing it with the installed scenario of its name."""
 
 from dataclasses import dataclass, field
 
