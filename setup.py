@@ -146,6 +146,11 @@ setup(
         "ros": ["ros-jazzy-rclpy[fastrtps]==7.1.6", "ros-jazzy-common-interfaces==5.3.6"],
         # Campaigns on many machines (docs/campaigns.md).
         "dask": ["dask>=2024.8", "distributed>=2024.8"],
+        # Campaigns on a graphics processor (docs/campaigns.md): what speaks to its driver, which comes with the machine.
+        "cuda": ["cuda-bindings>=12.8"],
+        # Viewers (docs/seeing.md): Foxglove and Lichtblick live, 20 MB; Rerun with its window and its page, 170 MB.
+        "foxglove": ["foxglove-sdk>=0.30"],
+        "view": ["rerun-sdk>=0.41,<0.42"],
         "test": [
             "pytest>=8,<9.2",  # 9.2 does not take the names of groups that pytest-xdist 3.8 gives to tests
             "pytest-xdist>=3.5",
@@ -157,6 +162,8 @@ setup(
             "psutil>=5.9",
             "dask>=2024.8",  # the extra [dask], tested with a real cluster
             "distributed>=2024.8",
+            "foxglove-sdk>=0.30",  # the extra [foxglove], tested by a client of its protocol
+            "websockets>=15",
         ],
         # A reference of the space robot's tests, 380 MB; they are skipped without it. No wheels for Windows.
         "pinocchio": ["pin>=3; sys_platform != 'win32'"],

@@ -17,7 +17,8 @@ from pathlib import Path
 from flight_graph.bags.reader import read_bag
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.errors import FlightError
-from flight_graph.graphs.scenario import Scenario, available, load
+from flight_graph.graphs.scenario import Scenario, load
+from flight_graph.graphs.source import available
 from flight_graph.recordings.bag_scenario import SCENARIO
 from flight_graph.recordings.recording import write_recording
 

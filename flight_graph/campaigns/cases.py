@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from flight_graph.campaigns.rows import Row
+from flight_graph.components import names
 from flight_graph.engines.compiled import LONGEST_CHUNK, Flight
 from flight_graph.engines.prepared import PreparedRun
 from flight_graph.errors import FlightError
@@ -82,14 +83,14 @@ class Cases:
         self._prepared = {}  # structure -> PreparedRun
         self._asked = None if scenario.file.metrics else set()  # topics that metrics read; None: a run is to show it
         self._is_first = True
-        metrics.of(scenario)  # a name that is wrong is found before the flight
+        metrics.check(scenario)  # a name that is wrong is found before the flight
 
     @property
     def units(self) -> dict[str, str]:
         """Units of metrics and of what is varied, by name, where they are declared."""
         found = {entry.name: entry.unit for entry in glossary.of(self.scenario).metrics.values()}
         for key in self._keys:
-            name, _, parameter = key.partition(".")
+            name, parameter = names.split(key, self.scenario.graph.nodes)
             node = self.scenario.graph.nodes.get(name)
             if parameter == "rate_hz":
                 found[key] = "Hz"
@@ -183,9 +184,10 @@ class Cases:
 
 def _value(scenario, key):
     """The value that a key has in a scenario; a vector of equal numbers as one number."""
-    name, _, parameter = key.partition(".")
+    scenario, path = scenario.reach(key)
+    name, _, parameter = path.partition(".")
     if not parameter:
-        return getattr(scenario.file, key)
+        return getattr(scenario.file, path)
     if name == REPORT:
         return fault_file.value(scenario.file.faults, parameter)
     node = scenario.graph.nodes[name]

@@ -19,9 +19,11 @@ from flight_graph.cli import (
     replay,
     report,
     scenarios,
+    serve,
     step,
     sweep,
     urdf,
+    view,
 )
 
 app = typer.Typer(
@@ -30,6 +32,8 @@ app = typer.Typer(
          "Example: [bold]flight run cubli_asteroid[/bold]")
 scenarios.register(app)
 step.register(app)
+view.register(app)
+serve.register(app)
 layout.register(app)
 urdf.register(app)
 check.register(app)

@@ -42,3 +42,5 @@ def demo(
     print(f"bag:    {outcome.bag}\nfigure: {figure}", flush=True)
     warn_of(outcome.alarms)
     next_command("flight", "report", outcome.bag)
+    missing = "" if importlib.util.find_spec("rerun") else " (its viewer is installed by: make viewers)"
+    status(f"to see it move in a viewer: flight view {outcome.bag}{missing}")

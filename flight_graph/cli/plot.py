@@ -32,6 +32,7 @@ def plot(
     begin: Annotated[float | None, typer.Option("--from", metavar="SECONDS", help="Of bags: from this time on.")] = None,
     end: Annotated[float | None, typer.Option("--until", metavar="SECONDS", help="Of bags: until this time.")] = None,
     fields: Annotated[bool, typer.Option("--fields", help="List what can be plotted, and draw nothing.")] = False,
+    vehicle: Annotated[str | None, typer.Option(help="Of a graph of several, the one that is drawn: rover_a.")] = None,
     trust: Trust = False,
 ) -> None:
     """Draw any field of any bag, several bags over each other, or the metrics of campaigns.
@@ -47,7 +48,7 @@ def plot(
     for name, value in (("--from", begin), ("--until", end)):
         if value is not None and not abs(value) < 1e12:
             raise FlightError(f"{name} {value}: this is no time")
-    _of_bags(sources, names, over, out, fields, (begin, end), trust)
+    _of_bags(sources, names, over, out, fields, (begin, end), vehicle, trust)
 
 
 def _sorted(what: list[str]) -> tuple[list[Path], list[str]]:
@@ -63,7 +64,7 @@ def _sorted(what: list[str]) -> tuple[list[Path], list[str]]:
     return [Path(word) for word in what[:count]], what[count:]
 
 
-def _of_bags(bags, names, over, out, list_fields, window, trust):
+def _of_bags(bags, names, over, out, list_fields, window, vehicle, trust):
     from flight_graph.plots import over_time, style
     from flight_graph.plots.marks import marks
     from flight_graph.plots.names import beside, run_names
@@ -77,9 +78,13 @@ def _of_bags(bags, names, over, out, list_fields, window, trust):
     if list_fields:
         _list(runs)
         return
-    path = style.check_format(out or beside(bags[0], ".png"))
-    if not names and len(runs) == 1 and over is None and window == (None, None) and runs[0].data.get("figure"):
-        print(_as_the_scenario_says(runs[0].bag.path, trust, path))
+    path = style.check_format(out or beside(bags[0], f"-{vehicle}.png" if vehicle else ".png"))
+    plain = not names and len(runs) == 1 and over is None and window == (None, None)
+    if vehicle and not plain:
+        raise FlightError("--vehicle draws one bag as the vehicle's scenario says; of chosen fields and of several bags name "
+                          f"the vehicle's topics: /{vehicle}/...")
+    if vehicle or (plain and runs[0].data.get("figure")):
+        print(_as_the_scenario_says(runs[0].bag.path, trust, path, vehicle))
         return
     panels = over_time.panels(runs, names) if names else over_time.first_panels(runs)
     axis = over_time.panels(runs, [over]) if over else None
@@ -118,10 +123,13 @@ def _words(run, between) -> str:
     return f"{run.data.get('name', '')}{between}{words}"
 
 
-def _as_the_scenario_says(bag, trust, path):
+def _as_the_scenario_says(bag, trust, path, vehicle):
+    from flight_graph.graphs.metrics import vehicle_of
     from flight_graph.recordings.figure import draw_overview
     from flight_graph.recordings.recording import open_run
     _, scenario, signals = open_run(bag, asked(trust), ("figure",))
+    if vehicle:
+        scenario, signals = vehicle_of(scenario, signals, vehicle)
     return draw_overview(scenario, signals, path)
 
 

@@ -14,6 +14,7 @@ from flight_graph.cli.scenario_tables import show
 from flight_graph.cli.show import RunProgress, console, metrics_table, next_command, status, steps, warn_of
 from flight_graph.cli.topic_tables import show_topics
 from flight_graph.cli.trust import Trust, asked
+from flight_graph.cli.watched import watched
 from flight_graph.errors import FlightError
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
@@ -69,6 +70,9 @@ def run(
     control: Annotated[bool, typer.Option(
         "--control", help="ros only: wait at the start, to be let go, paused, stepped and taken back by the services of "
                           "the node 'simulation' (docs/simulation_control.md).")] = False,
+    live: Annotated[bool, typer.Option(
+        "--live", help="Show it in Rerun while it runs: in a window, or without a display as a page. In process it keeps "
+                       "the wall's pace then, or that of --pace realtime:FACTOR.")] = False,
     settings: Settings = None,
     params: Params = None,
     case: Annotated[int | None, typer.Option(help="Run this case of the scenario's 'vary' block.")] = None,
@@ -105,10 +109,11 @@ def run(
     for warning in [*loaded.warnings(), *(start.warnings if start else ())]:
         status(f"warning: {warning}")
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # both end the nodes and close the bag
-    with RunProgress(loaded, not as_json) as progress:
+    with watched(loaded, live) as stream, RunProgress(loaded, not as_json) as progress:
         try:
             outcome = runs.execute(loaded, engine, pace, folder, progress.advance, progress.compiling,
-                                   check_bounds, tell=status, begin=start.begin if start else None, controlled=control)
+                                   check_bounds, tell=status, begin=start.begin if start else None, controlled=control,
+                                   live=stream)
         except (KeyboardInterrupt, FlightError) as error:
             reason = str(error) or "interrupted"
             raise FlightError(f"{reason}; {_what_is_left(folder)}") from None
@@ -189,7 +194,7 @@ def _what_is_left(folder) -> str:
 def node(
     context: typer.Context,
     package: Annotated[str, typer.Argument(
-        help="cubli_ros, sim_nodes, ...; or 'package/executable' or 'file.py:Class' in place of both.")],
+        help="cubli_ros, sim_nodes, ...; or 'package/executable', 'file.py:Class', either with '@namespace', for both.")],
 ) -> None:
     """Run one node, as ros2 run would: flight node PACKAGE EXECUTABLE [ROS ARGS]."""
     from flight_graph.ros.entry import main, run_component
@@ -197,8 +202,9 @@ def node(
         print(context.command.get_help(context))
         return
     arguments = list(context.args)
-    if ":" in package or package.endswith(".py"):
-        raise typer.Exit(run_component(package, package.rpartition(":")[2].lower(), arguments))
+    if set(":@") & set(package) or package.endswith(".py"):
+        plain = package.partition("@")[0]
+        raise typer.Exit(run_component(package, (plain.rpartition(":")[2] or plain).rpartition("/")[2].lower(), arguments))
     if "/" in package:  # as scenarios write it
         package, _, executable = package.partition("/")
         arguments.insert(0, executable)

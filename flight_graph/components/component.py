@@ -81,6 +81,8 @@ class Component:
     formatted: ClassVar[tuple[Formatted, ...]] = ()
     faults: ClassVar[dict[int, str]] = {}  # state.fault -> sentence; {name}: of parameters, state, outputs
     optional_inputs: ClassVar[tuple[str, ...]] = ()  # may stay unconnected (they read zero)
+    namespace: ClassVar[str] = ""  # that it is in, see `flight_graph.components.namespaces`
+    outside: ClassVar[type | None] = None  # the same component in no namespace
     is_foreign: ClassVar[bool] = False  # a node that is not ours: it has ports and no parts
     modes: ClassVar[tuple[str, ...]] = ()  # of a mode manager; it fires by the clock, whether or not its inputs have come
     start = None
@@ -117,6 +119,14 @@ class Component:
         folder: where a relative file name starts.
         """
         return values
+
+    @classmethod
+    def fitted(cls, values: dict) -> str | None:
+        """The name (``module:attribute``) of the class to run with these resolved parameters; None: this one.
+
+        Where tables need more room than this class has: the layout of a state is part of its class.
+        """
+        return None
 
     @classmethod
     def tables(cls, values: dict) -> dict[str, np.ndarray]:

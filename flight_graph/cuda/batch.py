@@ -79,8 +79,7 @@ class OnDevice:
             if watch:
                 watch()
         self.device.take(memory, rows)
-        if log_stride:
-            self.device.take(log_memory, logs)
+        self.device.take(log_memory, logs)
         for one in (memory, log_memory):
             self.device.free(one)
         for number, (flight, one) in enumerate(zip(flights, packed)):

@@ -91,12 +91,14 @@ class Graphics:
 
     def fill(self, memory, block):
         """See `Device`."""
-        self._current(self._driver.cuMemcpyHtoD, memory, block.ctypes.data, block.nbytes)
+        if block.nbytes:
+            self._current(self._driver.cuMemcpyHtoD, memory, block.ctypes.data, block.nbytes)
 
     def fly(self, code, controls, stride, count, end):
         """See `Device`."""
         if code.ptx not in self._functions:
-            module, = self._current(self._driver.cuModuleLoadData, code.ptx.encode() + b"\0")
+            text = ctypes.create_string_buffer(code.ptx.encode())
+            module, = self._current(self._driver.cuModuleLoadData, ctypes.addressof(text))
             self._functions[code.ptx] = self._current(self._driver.cuModuleGetFunction, module, ENTRY.encode())[0]
         given = (controls, stride, count, end), (ctypes.c_int64,) * 4
         blocks = -(-count // THREADS)
@@ -105,7 +107,8 @@ class Graphics:
 
     def take(self, memory, block):
         """See `Device`."""
-        self._current(self._driver.cuMemcpyDtoH, block.ctypes.data, memory, block.nbytes)
+        if block.nbytes:
+            self._current(self._driver.cuMemcpyDtoH, block.ctypes.data, memory, block.nbytes)
 
     def free(self, memory):
         """See `Device`."""

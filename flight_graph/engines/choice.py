@@ -15,6 +15,8 @@ def check_engine(scenario: Scenario, engine: str) -> None:
     only = scenario.file.only
     if only and (engine == "ros") != (only.engine == "ros"):
         raise FlightError(f"{scenario.name} runs in the {only.engine} engine only: {only.because}")
+    for vehicle in scenario.vehicles.values():
+        check_engine(vehicle, engine)
 
 
 def refuse_foreign(scenario: Scenario) -> None:

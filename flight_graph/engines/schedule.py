@@ -5,7 +5,8 @@ Nothing here belongs to an engine: names stand for arrays. `flight_graph.engines
 
 The memory of a run is a dictionary of arrays: P_ and X_ (parameters and state of each node), O_ (what a node wrote to an
 output), V_ (what readers see of an output slower than its node), H_ (what an input that is delayed or unconnected
-holds), L_ (the log of an output), M_ (what a measure remembers). A dot, which is in no name, stands between node and port.
+holds), L_ (the log of an output), M_ (what a measure remembers). The last dot stands between node and port: a port's name
+has none.
 """
 
 from dataclasses import dataclass, field

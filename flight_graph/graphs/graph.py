@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from math import gcd
 
 from flight_graph.components.component import Component
+from flight_graph.components.namespaces import SHARED
 from flight_graph.errors import FlightError, unknown
 from flight_graph.timebase import period_ns
 from msg_schemas.signal import Signal
@@ -117,7 +118,7 @@ class Graph:
             topics = [signal.topic] + [made.topic for made in node.component.formatted if made.port == port]
             for topic in topics:
                 other = seen.setdefault(topic, f"{node.name}.{port}")
-                if other != f"{node.name}.{port}" and topic not in _SHARED:
+                if other != f"{node.name}.{port}" and topic not in SHARED:
                     raise FlightError(f"{node.name}.{port} and {other} both publish '{topic}'; one topic has one source")
 
     def _wire(self, connections):
@@ -190,6 +191,3 @@ class Graph:
         names = [step.node for step in reversed(path[path.index(path[-1]):])]
         return (f"loop without delay: {' -> '.join(names)}; give one of these edges a delay of 1 tick "
                 f"(connect: {{{names[1]}.<input>: {{from: {names[0]}.<output>, delay: 1}}}})")
-
-
-_SHARED = ("diagnostics", "tf", "tf_static")  # topics that many nodes publish by convention

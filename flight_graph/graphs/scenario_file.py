@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from flight_graph.bags.journal import FLUSH_PERIOD_S
 from flight_graph.errors import FlightError
@@ -37,6 +37,16 @@ class ComponentEntry(_Strict):
         "of a foreign node: wall time [s] in which it has to answer a stamp in lockstep; 5 when left out"))
     late: Literal["stop", "hold"] | None = Field(None, description=(
         "of a foreign node, when it has not: `stop` ends the run (when left out), `hold` goes on with its last message"))
+
+
+class IncludeEntry(_Strict):
+    """A vehicle: a scenario inside this one."""
+
+    scenario: str | dict[str, Any] = Field(description=(
+        "a scenario of the packages, a YAML file relative to this one, or its keys"))
+    set: dict[str, Any] = Field(default_factory=dict, max_length=10_000, description=(
+        "`component.parameter` -> value, `seed`, `faults.ID.key`: what is different in it"))
+    folder: str | None = Field(None, max_length=4000, description="where relative names in it start; that of its file")
 
 
 class EdgeEntry(_Strict):
@@ -100,8 +110,11 @@ class ScenarioFile(_Strict):
     epoch_ns: int = Field(J2000, description="stamp of t = 0 [ns since 1970]; J2000 when left out")
     base_rate_hz: float | None = Field(None, description=(
         "rate of the base tick [Hz]; the slowest that fits all rates when left out"))
-    components: dict[str, ComponentEntry] = Field(max_length=MOST_COMPONENTS, description=(
+    components: dict[str, ComponentEntry] = Field(default_factory=dict, max_length=MOST_COMPONENTS, description=(
         "name -> component, in the order in which they are listed"))
+    include: dict[str, IncludeEntry] | None = Field(None, max_length=100, description=(
+        "name -> scenario that flies in this one (a name or a file alone will do); its components are `name.component`; "
+        "see vehicles.md"))
     connect: dict[str, str | EdgeEntry] = Field(default_factory=dict, description=(
         "`component.port` of an input -> `component.port` of its source; inputs left out find theirs by topic"))
     record: RecordEntry = Field(default_factory=RecordEntry, description="what the bag holds")
@@ -122,6 +135,12 @@ class ScenarioFile(_Strict):
     only: EngineLimit | None = Field(None, description="the one engine that can run it, and why")
     vary: dict[str, Any] | None = Field(None, description="what `flight sweep` varies; see campaigns.md")
 
+    @field_validator("include", mode="before")
+    @classmethod
+    def _whole_entries(cls, value):
+        return {name: {"scenario": entry} if isinstance(entry, str) else entry for name, entry in value.items()} if (
+            isinstance(value, dict)) else value
+
     @classmethod
     def read(cls, data: dict, origin: str) -> "ScenarioFile":
         """Check the keys and the types of their values. Raises FlightError with the first thing that is wrong."""
@@ -133,7 +152,7 @@ class ScenarioFile(_Strict):
 
 def _first_sentence(error: ValidationError) -> str:
     first = error.errors()[0]
-    where = ".".join(short(str(part)) for part in first["loc"] if part not in ("str", "EdgeEntry"))
+    where = ".".join(short(str(part)) for part in first["loc"] if part not in ("str", "EdgeEntry", "dict[str,any]"))
     if first["type"] == "extra_forbidden":
         return f"{where}: there is no such key; allowed here: " + ", ".join(_keys_at(first["loc"]))
     if first["type"] == "string_pattern_mismatch":
@@ -144,8 +163,8 @@ def _first_sentence(error: ValidationError) -> str:
     return f"{where}: {first['msg'].lower()} (got {short(repr(first['input']))})"
 
 
-PARTS = {"components": ComponentEntry, "events": EventEntry, "connect": EdgeEntry, "record": RecordEntry,
-         "only": EngineLimit, "watchdog": WatchdogEntry}  # below a key
+PARTS = {"components": ComponentEntry, "include": IncludeEntry, "events": EventEntry, "connect": EdgeEntry,
+         "record": RecordEntry, "only": EngineLimit, "watchdog": WatchdogEntry}  # below a key
 
 
 def _keys_at(location):

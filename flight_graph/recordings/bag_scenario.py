@@ -11,6 +11,7 @@ from flight_graph.components import foreign
 from flight_graph.components.foreign import Consent, Foreign
 from flight_graph.engines.cache import cache_folder, keep
 from flight_graph.errors import FlightError
+from flight_graph.graphs import vehicles
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.text_files import parse_json
 from flight_graph.timebase import SECOND
@@ -32,11 +33,12 @@ def read_scenario(bag: Bag, consent: Consent, functions: tuple[str, ...] = (),
     data = _data(bag)
     if set_before_ns is not None:
         _forget(bag, data, set_before_ns)
-    found = [code for name, entry in data["components"].items() if (code := _component(bag, name, entry["use"]))]
-    found += [code for key in functions if isinstance(data.get(key), str) and (code := _function(bag, key, data[key]))]
+    components = [(name, entry) for name, entry, _ in vehicles.components(data)]
+    found = [code for name, entry in components if (code := _component(bag, name, entry["use"]))]
+    found += [code for key in functions for name in vehicles.values_of(data, key) if (code := _function(bag, key, name))]
     if found:
         consent(_where(bag), found)
-    for name, entry in data["components"].items():
+    for name, entry in components:
         if _is_file(entry["use"]):
             entry["use"] = _unpacked(bag, name, entry["use"])
     return Scenario(data, _where(bag))
@@ -51,9 +53,9 @@ def _data(bag):
         raise FlightError(f"{bag.path}: this bag carries no scenario; it was not recorded by a run of this project")
     content = bag.attachments[SCENARIO].data
     data = parse_json(content, f"{bag.path}: its attachment {SCENARIO}", LARGEST)
-    components = data.get("components") if isinstance(data, dict) else None
-    if not isinstance(components, dict) or not all(
-            isinstance(entry, dict) and isinstance(entry.get("use"), str) for entry in components.values()):
+    vehicles.refuse_too_deep(data, _where(bag))
+    found = list(vehicles.components(data))
+    if not found or not all(isinstance(entry, dict) and isinstance(entry.get("use"), str) for _, entry, _ in found):
         raise FlightError(f"{bag.path}: its attachment {SCENARIO} is no scenario")
     for key, name in (("faults", INJECTED_FAULTS), ("events", SET_PARAMETERS)):
         if happened := bag.metadata.get(name, {}):

@@ -116,15 +116,22 @@ class RunBag:
 
 
 def write_recording(recording: Recording, folder, engine: str, overwrite: bool = False,
-                    begin: Beginning | None = None) -> None:
-    """Write an in-process run as a bag: messages by stamp, then in the order of the schedule. begin: as for `RunBag`."""
+                    begin: Beginning | None = None, complete: bool = True, happened: dict | None = None) -> None:
+    """Write an in-process run as a bag: messages by stamp, then in the order of the schedule. begin: as for `RunBag`.
+
+    complete: whether it came to its end, where no component stopped it; happened: name of a metadata record -> texts of
+    what was done to it while it ran (see `flight_graph.recordings.bag_scenario`).
+    """
     bag = RunBag(folder, recording.scenario, engine, "none", overwrite, begin)
     for checkpoint in recording.checkpoints:
         bag.keep(checkpoint)
     tracks = {(track.node, track.port): track for track in recording.tracks}
     found = [(topic, tracks[topic.node, topic.port]) for topic in bag.topics]
     bag.write_all([(topic, *messages(topic, track.stamps_ns, track.records)) for topic, track in found])
-    outcome = {"complete": str(not recording.stopped).lower(), "lost": "0"}
+    for name, texts in (happened or {}).items():
+        if texts:
+            bag.writer.metadata(name, {str(number): text for number, text in enumerate(texts)})
+    outcome = {"complete": str(complete and not recording.stopped).lower(), "lost": "0"}
     bag.close({**outcome, "stopped": recording.stopped} if recording.stopped else outcome)
 
 

@@ -6,7 +6,8 @@ from flight_graph.components import declared
 from flight_graph.components.foreign import refuse
 from flight_graph.errors import FlightError
 from flight_graph.graphs import expressions
-from flight_graph.graphs.scenario import Scenario, available, load
+from flight_graph.graphs.scenario import Scenario, load
+from flight_graph.graphs.source import available
 from flight_math.noise import stream_key
 
 MOST_CASES = 1000  # that are looked through

@@ -15,7 +15,7 @@ from flight_graph.engines.memory import refuse_too_long
 from flight_graph.engines.schedule import Schedule
 from flight_graph.engines.single import SingleComponent
 from flight_graph.errors import FlightError, unknown
-from flight_graph.graphs import scenario as scenarios
+from flight_graph.graphs import setting
 from flight_graph.graphs.graph import Edge, Node
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.comparison import TOLERANCE, Comparison, compare, recorded_until, write_topics
@@ -117,7 +117,7 @@ def _with_settings(run: RecordedRun, component: str, settings: dict) -> Scenario
                               "fix the rest")
     data = run.scenario.file.model_dump(by_alias=True, exclude_none=True)
     changes = {f"{component}.{key}": value for key, value in settings.items()}
-    return Scenario(scenarios.override(data, changes), run.scenario.origin)
+    return Scenario(setting.override(data, changes), run.scenario.origin)
 
 
 def recorded_inputs(run: RecordedRun, node: Node) -> dict[str, RecordedInput]:

@@ -31,7 +31,7 @@ class ClockInput:
                 self._t_ns = sec * SECOND + nanosec - self._epoch_ns
                 continue
             if deadline.is_over:
-                raise FlightError(f"{node.get_name()}: waited {node.settings.timeout_s:g} s for /clock to reach "
+                raise FlightError(f"{node.graph_name}: waited {node.settings.timeout_s:g} s for /clock to reach "
                                   f"t = {t_ns / SECOND:.9f} s")
             self._subscription.wait(deadline.left_ns)
             node.check_alive()

@@ -17,6 +17,7 @@ from pathlib import Path
 import yaml
 
 from flight_graph.components.foreign import agree, refuse
+from flight_graph.components.names import ros
 from flight_graph.engines import compilation
 from flight_graph.engines.choice import check_engine, parse_pace
 from flight_graph.errors import FlightError
@@ -63,7 +64,7 @@ def read(given: dict[str, str]) -> Scenario:
 
 
 def node_table(scenario: Scenario, pace: str, factor: float, out: str, origin: str = "", controlled=False) -> list[dict]:
-    """One row a node: package, executable, name, arguments, parameters; the recorder is the last.
+    """One row a node: package, executable, name, namespace, arguments, parameters; the recorder is the last.
 
     origin: the file of the scenario for the nodes that read it (by default its name).
     """
@@ -71,23 +72,22 @@ def node_table(scenario: Scenario, pace: str, factor: float, out: str, origin: s
     rows = []
     for name, values in node_parameters(scenario, pace, factor, patience_s(), origin=origin, control=control).items():
         if name == RECORDER:
-            rows.append({"package": "sim_nodes", "executable": "recorder", "name": name, "arguments": [],
+            rows.append({"package": "sim_nodes", "executable": "recorder", "name": name, "namespace": "", "arguments": [],
                          "parameters": {**values, "scenario": origin or scenario.name, "out": out, "graph.linger": False}})
             continue
-        if name == SIMULATION:
-            rows.append({"package": "sim_nodes", "executable": name, "name": name, "arguments": [], "parameters": values})
-            continue
         if name not in scenario.graph.nodes:
-            rows.append({"package": "sim_nodes", "executable": STAND_IN, "name": name, "arguments": [],
-                         "parameters": values})
+            executable = name if name == SIMULATION else STAND_IN
+            namespace, _, own = name.rpartition(".")
+            rows.append({"package": "sim_nodes", "executable": executable, "name": own, "namespace": ros(namespace),
+                         "arguments": [], "parameters": values})
             continue
-        use = scenario.graph.nodes[name].use
-        if ":" in use:
+        use, component = scenario.graph.nodes[name].use, scenario.graph.nodes[name].component
+        if ":" in use or component.namespace:
             package, executable, arguments = "flight_graph", "flight", ["node", use]
         else:
             (package, executable), arguments = use.split("/"), []
-        rows.append({"package": package, "executable": executable, "name": name, "arguments": arguments,
-                     "parameters": values})
+        rows.append({"package": package, "executable": executable, "name": name.rpartition(".")[2], "arguments": arguments,
+                     "namespace": ros(component.namespace), "parameters": values})
     return rows
 
 
@@ -143,8 +143,10 @@ def _nodes(rows, namespace):
             return Shutdown(reason="the bag is closed")
         return ended
 
-    return [Node(package=row["package"], executable=row["executable"], name=row["name"], namespace=namespace or None,
-                 arguments=row["arguments"], parameters=[row["parameters"]], output="screen", on_exit=on_end(row["name"]))
+    return [Node(package=row["package"], executable=row["executable"], name=row["name"],
+                 namespace="/".join(filter(None, (namespace.rstrip("/"), row["namespace"]))) or None,
+                 arguments=row["arguments"], parameters=[row["parameters"]], output="screen",
+                 on_exit=on_end("/".join(filter(None, (row["namespace"], row["name"])))))
             for row in rows]
 
 

@@ -1,5 +1,6 @@
 """Runs a scenario as ROS 2 nodes: starts them, watches them, ends them, and leaves the bag."""
 
+import contextlib
 import importlib.util
 import json
 import tempfile
@@ -8,6 +9,7 @@ from pathlib import Path
 
 import yaml
 
+from flight_graph.components.names import ros
 from flight_graph.components.records import flat
 from flight_graph.engines import compilation
 from flight_graph.engines.choice import check_engine
@@ -124,13 +126,15 @@ def _meets_foreign(graph, name) -> bool:
 
 
 def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float = 1.0, progress=None, compiling=None,
-        check_bounds: bool = False, tell=None, begin: Beginning | None = None, controlled: bool = False) -> RosRun:
+        check_bounds: bool = False, tell=None, begin: Beginning | None = None, controlled: bool = False,
+        around=None) -> RosRun:
     """Run a scenario as ROS 2 nodes and record it into ``folder``. Raises FlightError with the first node's sentence.
 
     pace: lockstep (as fast as the graph answers) or realtime (``factor`` simulated seconds per wall second).
     progress(seconds simulated) is called about once a simulated second; compiling: see `flight_graph.engines.compilation`;
     check_bounds: with checked indices; tell(sentence): of what a person should know before it starts. begin: where the run
     begins, if not at t = 0. controlled: it stands at its start, and is let go by the services of the node ``simulation``.
+    around(domain id): a context in which it runs.
     KeyboardInterrupt ends the nodes, closes the bag, and goes on to the caller.
     """
     refuse(scenario)
@@ -157,7 +161,8 @@ def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float 
             launch.supervise = partial(_supervisor, scenario, launch, Path(work) / EVENTS)
             launch.supervise(specs)
         launch.segments, launch.tell = segments, tell or str
-        result = launch.run()
+        with around(domain.number) if around else contextlib.nullcontext():
+            result = launch.run()
         result.notes += _late_notes(result.statistics)
         return result
 
@@ -221,11 +226,11 @@ def _specs(work, pace, timeout_s, check_bounds, scenario, folder, begin, control
         elif name == SIMULATION:
             values = {**values, "begin_ns": begin.checkpoint.t_ns if begin else 0, "resets": True}
         path = work / f"{name}.yaml"
-        path.write_text(yaml.safe_dump({f"/**/{name}": {"ros__parameters": values}}), encoding="utf-8", newline="\n")
+        path.write_text(yaml.safe_dump({f"/**/{ros(name)}": {"ros__parameters": values}}), encoding="utf-8", newline="\n")
         use = scenario.graph.nodes[name].use if name in scenario.graph.nodes else (
             name if name in (RECORDER, SIMULATION) else STAND_IN)
         specs.append({"name": name, "use": use, "check_bounds": check_bounds,
-                      "arguments": ["--ros-args", "-r", f"__node:={name}", "--params-file", str(path)]})
+                      "arguments": ["--ros-args", "-r", f"__node:={name.rpartition('.')[2]}", "--params-file", str(path)]})
     return specs
 
 

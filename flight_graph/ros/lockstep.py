@@ -81,24 +81,24 @@ def _advance(node, name, port, expected, deadline):
     try:
         found = port.peek()
     except SignalMismatch as error:
-        raise FlightError(f"{node.get_name()}.{name}: {error}") from None
+        raise FlightError(f"{node.graph_name}.{name}: {error}") from None
     if found is None:
         if deadline.is_over:
             raise FlightError(
-                f"{node.get_name()}: waited {node.settings.timeout_s:g} s for its input {name} on "
+                f"{node.graph_name}: waited {node.settings.timeout_s:g} s for its input {name} on "
                 f"{port.subscription.topic} from {_source(node, port)}, stamp t = {expected / SECOND:.9f} s")
         port.wait(deadline.left_ns)
         node.check_alive()
         if port.subscription.abandoned_s() > _GONE_S:
-            raise FlightError(f"{node.get_name()}: its input {name} has lost its source: {port.sources or 'its node'} "
+            raise FlightError(f"{node.graph_name}: its input {name} has lost its source: {port.sources or 'its node'} "
                               f"publishes {port.subscription.topic} no longer; t = {expected / SECOND:.9f} s is missing")
     elif found <= expected:
         if port.stamp_ns is not None and found <= port.stamp_ns:
-            raise FlightError(f"{node.get_name()}.{name}: {port.subscription.topic} carries t = {found / SECOND:.9f} s "
+            raise FlightError(f"{node.graph_name}.{name}: {port.subscription.topic} carries t = {found / SECOND:.9f} s "
                               f"after t = {port.stamp_ns / SECOND:.9f} s: has the topic a second source?")
         port.accept()
     else:
-        raise FlightError(f"{node.get_name()}.{name}: the message of t = {expected / SECOND:.9f} s on "
+        raise FlightError(f"{node.graph_name}.{name}: the message of t = {expected / SECOND:.9f} s on "
                           f"{port.subscription.topic} is lost; the next one is stamped {found / SECOND:.9f} s")
 
 
@@ -118,9 +118,9 @@ def wait_for_nodes(node, t_ns: int, names=None) -> None:
                 best, deadline = watch.t_ns, Deadline(node)
             if deadline.is_over:
                 came = f"it has come to t = {watch.t_ns / SECOND:.9f} s" if watch.t_ns >= 0 else "it is not ready"
-                raise FlightError(f"{node.get_name()}: waited {node.settings.timeout_s:g} s for the node {name} to reach "
+                raise FlightError(f"{node.graph_name}: waited {node.settings.timeout_s:g} s for the node {name} to reach "
                                   f"t = {max(t_ns, 0) / SECOND:.9f} s; {came}")
             watch.wait(SECOND)
             if watch.abandoned_s() > _GONE_S:
-                raise FlightError(f"{node.get_name()}: the node {name} has ended before the run was over; it had come to "
+                raise FlightError(f"{node.graph_name}: the node {name} has ended before the run was over; it had come to "
                                   f"t = {max(watch.t_ns, 0) / SECOND:.9f} s")

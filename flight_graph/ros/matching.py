@@ -20,7 +20,7 @@ def match(node, others=None) -> None:
     while missing := _unmatched(node) or (others and others()):
         node.check_alive()
         if time.monotonic() > deadline:
-            raise FlightError(f"{node.get_name()}: waited {node.settings.match_s:g} s for {missing}")
+            raise FlightError(f"{node.graph_name}: waited {node.settings.match_s:g} s for {missing}")
         time.sleep(0.01)
     if not node.settings.joins:
         _refuse_second_source(node)
@@ -83,9 +83,9 @@ def here() -> str:
 
 def _refuse_second_source(node, patient=False):
     own = (node.get_name(), node.get_namespace())
-    topics = {f"{node.get_name()}.{name}": port.publisher.topic for name, port in node.outputs.items()}
+    topics = {f"{node.graph_name}.{name}": port.publisher.topic for name, port in node.outputs.items()}
     if node.clock:
-        topics[f"{node.get_name()} sets the time"] = node.clock.topic
+        topics[f"{node.graph_name} sets the time"] = node.clock.topic
     for what, topic in topics.items():
         found = [(info.node_name, info.node_namespace) for info in node.get_publishers_info_by_topic(topic)]
         others = [other for other in found if other != own] or found[1:]  # a second one may have this node's name

@@ -32,8 +32,8 @@ class ComponentNode(ManagedNode):
     """A component with its ports. ``announce(dict)`` tells the starter of the node what happens."""
 
     def __init__(self, name: str, use: str, component, announce):
-        super().__init__(name)
-        self._default_name, self.use, self.component, self.announce = name, use, component, announce
+        super().__init__(name.rpartition(".")[2], namespace=component.namespace)
+        self.use, self.component, self.announce = use, component, announce
         self.free_parameters = {"use_sim_time"}  # that are no parameters of the component and may be set all the same
         self.progress = None
         self.begin()
@@ -48,7 +48,7 @@ class ComponentNode(ManagedNode):
         self.faults = self.live = scenario = None
         if self.settings.scenario:
             scenario = read_scenario(self.settings.scenario)
-            self.component = component = scenario.graph.nodes[self.get_name()].component  # with its texts
+            self.component = component = scenario.graph.nodes[self.graph_name].component  # with its texts
             self.faults = scenario.faults
             if scenario.live_ids:
                 self.free_parameters |= {INJECT, CLEAR}
@@ -56,7 +56,7 @@ class ComponentNode(ManagedNode):
         try:
             self._make_ports(component, group)
         except (RuntimeError, ParameterException) as error:  # of parameters qos_overrides
-            raise FlightError(f"{self.get_name()}: {error}") from None
+            raise FlightError(f"{self.graph_name}: {error}") from None
         records = {port: self.inputs[port].record if port in self.inputs else signal.new()[1]
                    for port, signal in component.inputs.items()}
         self._watched = self._watch(scenario, group)
@@ -73,7 +73,7 @@ class ComponentNode(ManagedNode):
         self.parameters.accept_changes()
         self.changes = ParameterChanges(self, scenario)
         self._arguments = (
-            self._default_name, self.use, component, self.parameters.record, self.state,
+            self.graph_name, self.use, component, self.parameters.record, self.state,
             records, {port: entry.record for port, entry in self.outputs.items()}, self.output_periods,
             self.settings.epoch_ns, self.settings.check_bounds)
         self._machine = SingleComponent(*self._arguments, self.faults, self._watched)
@@ -103,7 +103,7 @@ class ComponentNode(ManagedNode):
     def _watch(self, scenario, group) -> dict:
         """The signals that conditions of faults of this node read, as inputs: (node, port) -> record."""
         records, self.watched = {}, []
-        for name, port in self.faults.watched(self.get_name()) if self.faults else ():
+        for name, port in self.faults.watched(self.graph_name) if self.faults else ():
             node, key = self.faults.nodes[name], f"when {name}.{port}"
             signal = node.component.outputs[port]
             is_slotted = scenario.is_irregular(name, port) and (self.settings.lockstep or not node.is_foreign)

@@ -7,7 +7,7 @@ from flight_graph.ros import lockstep
 from flight_graph.ros import simulation_settings as said
 from flight_graph.ros.ports import LoopOnly, RawPublisher, RawSubscription
 from flight_graph.ros.simulation_settings import Control, Order, Report
-from flight_graph.ros.standing import KEPT
+from flight_graph.ros.standing import KEPT, ORDERED
 from flight_graph.ros.texts import TYPE, text_of, text_payload
 from flight_graph.timebase import SECOND
 
@@ -19,7 +19,7 @@ class Pacing:
 
     def __init__(self, node, control: Control, others: list[str]):
         self._node, self._control, self._others = node, control, others
-        self._orders = RawSubscription(node, said.ORDERS, TYPE, KEPT, LoopOnly())
+        self._orders = RawSubscription(node, said.ORDERS, TYPE, ORDERED, LoopOnly())
         self._reports = RawPublisher(node, said.REPORTS, TYPE, KEPT)
         self._number, self._rate = 0, control.rate
         self._runs, self._has_begun = False, False

@@ -43,6 +43,11 @@ def overridable(node) -> QoSOverridingOptions | None:
     return None if node.settings.supervised else QoSOverridingOptions(kinds)
 
 
+def _named(node, topic):
+    """A topic as a node has to name it; those of other programs than ours are in no vehicle."""
+    return node.in_graph(topic) if hasattr(node, "in_graph") else topic
+
+
 class LoopOnly(CallbackGroup):
     """Keeps the data subscriptions away from the executor that serves parameters and lifecycle."""
 
@@ -64,7 +69,7 @@ class RawSubscription:
         self.type_name = type_name
         self.qos_profile = profile(qos)
         self._subscription = node.create_subscription(
-            self.message_type, topic, _never, self.qos_profile, raw=True, callback_group=group,
+            self.message_type, _named(node, topic), _never, self.qos_profile, raw=True, callback_group=group,
             event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False), qos_overriding_options=overrides)
         self.topic = self._subscription.topic_name
         self._handle = self._subscription.handle
@@ -103,7 +108,7 @@ class RawPublisher:
     def __init__(self, node, topic: str, type_name: str, qos: Qos, overrides=None):
         self.qos_profile = profile(qos)
         self._publisher = node.create_publisher(
-            message_class(type_name), topic, self.qos_profile, qos_overriding_options=overrides,
+            message_class(type_name), _named(node, topic), self.qos_profile, qos_overriding_options=overrides,
             event_callbacks=PublisherEventCallbacks(use_default_callbacks=False))  # see strangers.py
         self.topic = self._publisher.topic_name
         self.type_name = type_name

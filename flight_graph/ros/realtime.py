@@ -261,13 +261,15 @@ class ComponentFaults:
 
     def tell(self, t_ns: int) -> None:
         """Announce what has changed at t."""
-        found = self._node.faults.of_components() if self._node.get_name() == REPORT and self._node.faults else {}
-        for name, fault in found.items():
-            was = self._active.get(name, False)
-            now = bool(self._node.outputs[REPORT].record[name][0])
+        faults, node = self._node.faults, self._node.graph_name
+        if not faults or not faults.is_report(node):
+            return
+        for fault in (one for one in faults.of_components() if one in faults.of(node)):
+            was = self._active.get(fault.id, False)
+            now = bool(self._node.outputs[REPORT].record[fault.id][0])
             if now != was:
-                self._active[name] = now
-                self._node.announce({"fault": name, "of": fault.place.node, "type": fault.entry.type, "active": now,
+                self._active[fault.id] = now
+                self._node.announce({"fault": fault.id, "of": fault.place.node, "type": fault.entry.type, "active": now,
                                      "t": t_ns / SECOND})
 
 

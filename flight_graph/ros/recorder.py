@@ -10,6 +10,7 @@ import time
 from collections import deque
 from pathlib import Path
 
+from flight_graph.components.names import ros
 from flight_graph.errors import FlightError
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.bag_scenario import INJECTED_FAULTS, SET_PARAMETERS
@@ -143,7 +144,7 @@ class Recorder:
         first = node.beginning.checkpoint.tick if node.beginning else 0
         self.begin_ns = first * scenario.graph.base_ns
         self.streams, self.listeners, self._formatted = [], [], {}
-        faulty = {fault.place.node for fault in scenario.faults.of_components().values()}
+        faulty = {fault.place.node for fault in scenario.faults.of_components()}
         for topic in bag.topics:
             if topic.formatted is None:
                 is_foreign = scenario.graph.nodes[topic.node].is_foreign
@@ -307,7 +308,7 @@ def _wait_for_publishers(node, recorder, settings, progress):
     while True:
         missing = [f"{stream.subscription.topic} by the node {stream.topic.node}" for stream in recorder.streams
                    if stream.publishers() < 1]
-        missing += [f"{name}/_checkpoint" for name in (recorder.checkpoints.missing() if recorder.checkpoints else ())]
+        missing += [f"{ros(name)}/_checkpoint" for name in (recorder.checkpoints.missing() if recorder.checkpoints else ())]
         late = f"a publisher of {', '.join(missing)}" if missing else progress.unmatched()
         if late is None or node.should_end():
             return

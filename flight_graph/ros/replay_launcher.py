@@ -7,6 +7,7 @@ from pathlib import Path
 import yaml
 
 from flight_graph.bags.reader import Bag, read_bag
+from flight_graph.components.names import ros
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.ros import launcher
 from flight_graph.ros.domain import Domain
@@ -47,5 +48,6 @@ def run(bag_path, scenario: Scenario, component: str, answers: list, folder: Pat
 
 def _spec(work, name, use, values):
     path = work / f"{name}.yaml"
-    path.write_text(yaml.safe_dump({f"/**/{name}": {"ros__parameters": values}}), encoding="utf-8", newline="\n")
-    return {"name": name, "use": use, "arguments": ["--ros-args", "-r", f"__node:={name}", "--params-file", str(path)]}
+    path.write_text(yaml.safe_dump({f"/**/{ros(name)}": {"ros__parameters": values}}), encoding="utf-8", newline="\n")
+    return {"name": name, "use": use,
+            "arguments": ["--ros-args", "-r", f"__node:={name.rpartition('.')[2]}", "--params-file", str(path)]}

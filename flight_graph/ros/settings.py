@@ -75,7 +75,7 @@ def declare(node, component) -> Settings:
         description = ParameterDescriptor(description=doc, read_only=True, dynamic_typing=True)
         return declare_once(node, full, default, description)
 
-    name = node.get_name()
+    name = node.graph_name
     pace = get("pace", "realtime", "lockstep: as fast as the graph answers; realtime: on the wall clock")
     if pace not in ("lockstep", "realtime"):
         raise FlightError(f"{name}.graph.pace: {pace!r} is not allowed; allowed: lockstep or realtime")

@@ -2,6 +2,7 @@
 
 import time
 
+from flight_graph.components.names import ros
 from flight_graph.ros.patience import at_least
 from flight_graph.ros.ports import LoopOnly, RawSubscription
 from flight_graph.timebase import SECOND
@@ -24,7 +25,7 @@ class Silence:
         self._heard = self._looked = time.monotonic()
         self._states = {}
         group = LoopOnly()
-        self._transitions = {name: RawSubscription(node, f"{name}/transition_event", TRANSITION, Qos(depth=10), group)
+        self._transitions = {name: RawSubscription(node, f"{ros(name)}/transition_event", TRANSITION, Qos(depth=10), group)
                              for name in scenario.graph.nodes} if settings.supervised else {}
 
     def is_final(self, count: int) -> bool:

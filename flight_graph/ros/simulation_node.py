@@ -24,7 +24,7 @@ from flight_graph.ros.environment import prepare_environment
 from flight_graph.ros.ports import RawPublisher
 from flight_graph.ros.recorder import read_scenario
 from flight_graph.ros.simulation import Limits, Simulation
-from flight_graph.ros.standing import KEPT, Reports
+from flight_graph.ros.standing import ORDERED, Reports
 from flight_graph.ros.texts import TYPE, text_payload
 from flight_graph.timebase import SECOND
 
@@ -46,7 +46,7 @@ class SimulationNode(Node):
             _why_no_reset(scenario, self._fixed("resets", False, "whether who started the nodes takes the run back")),
             _only_start(scenario, lockstep)), self._send, announce)
         self.group = ReentrantCallbackGroup()
-        self._orders = RawPublisher(self, said.ORDERS, TYPE, KEPT)
+        self._orders = RawPublisher(self, said.ORDERS, TYPE, ORDERED)
         self.reports = Reports(self, all_of_them=True)
         self.declare_parameter("rate", self._fixed("graph.factor", 0.0, "the rate at the start"), ParameterDescriptor(
             description="simulated seconds per wall second" + ("; 0: as fast as the graph answers" if lockstep else "")))

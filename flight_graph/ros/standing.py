@@ -10,6 +10,7 @@ from flight_graph.timebase import SECOND
 from msg_schemas.qos import Qos
 
 KEPT = Qos(depth=1000, transient_local=True)
+ORDERED = Qos(depth=10, transient_local=True)  # who orders waits for the report, so that few are on their way
 _NEWEST = Qos(depth=1, transient_local=True)
 
 

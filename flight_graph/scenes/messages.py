@@ -33,9 +33,11 @@ def latched(port: str, ground: bool = True) -> tuple[Formatted, ...]:
 
 def moving(port: str, poses: Callable) -> tuple[Formatted, ...]:
     """/tf with each message of an output. poses(record, scene) yields (frame, pose) of the frames that move."""
-    return (Formatted("tf", TYPE, port, lambda record, scene: transforms(record.header.stamp, *(
-        (scene.tree[name].parent, name, pose.position, pose.orientation) for name, pose in poses(record, scene))),
-        of_scene=True),)
+    def moving_frames(record, scene):
+        """The transforms of the frames that move."""
+        return transforms(record.header.stamp, *((scene.tree[name].parent, name, pose.position, pose.orientation)
+                                                 for name, pose in poses(record, scene)))
+    return (Formatted("tf", TYPE, port, moving_frames, of_scene=True),)
 
 
 def turned_joint(frame: Frame, angle: float) -> Pose:
@@ -60,12 +62,12 @@ def fixed_frames(record, scene: Scene):
 
 
 def robot_description(record, scene: Scene):
-    """The vehicle's URDF as std_msgs/String."""
+    """The vehicle's URDF."""
     return TYPESTORE.types["std_msgs/msg/String"](urdf(scene))
 
 
 def markers(record, scene: Scene):
-    """A visualization_msgs/MarkerArray of all shapes that the URDF has not got: ground, bodies, views, funnels."""
+    """All shapes that the URDF has not got, as markers: ground, bodies, views, funnels."""
     shown = [shape for shape in scene.shapes if shape.kind != "vehicle" or not is_primitive(shape)]
     return TYPESTORE.types["visualization_msgs/msg/MarkerArray"]([_marker(record.header.stamp, shape) for shape in shown])
 

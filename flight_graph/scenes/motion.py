@@ -14,9 +14,9 @@ from flight_graph.bags.fields import entry_names
 from flight_graph.bags.reader import Bag
 from flight_graph.scenes import rotations
 from flight_graph.scenes.scene import MAP, Arrow, Frame, Pose, Scene
+from flight_graph.scenes.transform_reader import read_transforms
 
 TF, TF_STATIC, JOINT_STATES = "/tf", "/tf_static", "/joint_states"
-_TF_TYPE = "tf2_msgs/msg/TFMessage"
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,16 +138,13 @@ def frames_of(bag: Bag) -> list[Frame]:
 
 
 def _transforms(bag) -> dict[tuple, Track]:
-    """(parent, child) -> what /tf_static and /tf say of it; /tf wins."""
+    """(parent, child) -> what /tf_static and /tf say of it, together in the order of time."""
     rows = {}
     for topic in (TF_STATIC, TF):
-        if topic not in bag or bag.topic(topic).type_name != _TF_TYPE or not len(bag.stamps_ns(topic)):
-            continue
-        for stamp, message in zip(bag.stamps_ns(topic).tolist(), bag.decoded(topic)["transforms"]):
-            for one in message:
-                key = (str(one["header"]["frame_id"]).lstrip("/"), str(one["child_frame_id"]).lstrip("/"))
-                rows.setdefault(key, []).append((stamp, one["transform"]["translation"], one["transform"]["rotation"]))
-    return {key: track for key, found in rows.items() if (track := _track(*map(np.array, zip(*found)))) is not None}
+        for frames, found in read_transforms(bag, topic).items():
+            rows.setdefault(frames, []).append(found)
+    joined = {frames: [np.concatenate(parts) for parts in zip(*found)] for frames, found in rows.items()}
+    return {frames: track for frames, parts in joined.items() if (track := _track(*parts)) is not None}
 
 
 def _track(stamps_ns, position, orientation) -> Track | None:

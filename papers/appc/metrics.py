@@ -15,7 +15,15 @@ from flight_graph.graphs.glossary import Alarm, number, recorded, word
 from flight_math import Vec3, plain, sincos
 from papers.appc import consistency, motion_metrics
 from papers.appc.consistency import filter_consistency
-from papers.appc.motion_metrics import has_proof, moments, proof_metrics, rate_error_jump, wheel_work
+from papers.appc.motion_metrics import (
+    centre_inertia,
+    has_proof,
+    moments,
+    proof_metrics,
+    rate_error_jump,
+    turned_by,
+    wheel_work,
+)
 
 SETTLED = 0.008  # [rad]
 TRUTH, COMMAND, FUNNEL, CONTACT = "cubli/truth", "cubli/wheel_command", "cubli/funnel", "cubli/truth/contact"
@@ -232,7 +240,9 @@ def contact_history(truth, torque, values) -> tuple:
     mass, length = values["mass"], values["length"]
     gravity, rates, arm = truth["gravity"], truth["rates"], np.full(3, 0.5 * length)
     moment = np.cross(values["gravity_sign"] * arm, mass * gravity)
-    acceleration = (moment + torque) / (mass * length * length / 6.0) + truth["disturbance"]
+    if np.any(values.get("body_inertia", 0.0)):
+        moment = moment - np.cross(rates, rates @ centre_inertia(values))
+    acceleration = turned_by(moment + torque, values) + truth["disturbance"]
     force = np.cross(acceleration, arm) + np.cross(rates, np.cross(rates, arm)) - gravity
     weight = np.linalg.norm(gravity, axis=1)
     up = -gravity / weight[:, None]

@@ -20,9 +20,11 @@ Events, looked for at every Runge-Kutta step:
 
 import math
 
+import numpy as np
+
 from cubli_ros.attitude import cardan_from_quaternion, quaternion_from_cardan
 from flight_graph.components.component import Component
-from flight_graph.components.records import Choice, field
+from flight_graph.components.records import Choice, Mat3, field
 from flight_graph.errors import FlightError
 from flight_graph.timebase import SECOND
 from flight_math import Quaternion, Vec3, kernel, plain, rotate, rotate_back, same, sincos
@@ -40,7 +42,14 @@ from sim_nodes.cubli.contact_events import (
     standing_force,
     touch,
 )
-from sim_nodes.cubli.plant import FRAMES, SITE_FROM_BALANCE, RoverParameters, WheelDrive, write_frames
+from sim_nodes.cubli.plant import (
+    FRAMES,
+    SITE_FROM_BALANCE,
+    RoverParameters,
+    WheelDrive,
+    require_inertia,
+    write_frames,
+)
 from sim_nodes.cubli.reaction_wheels import wheel_torque
 from sim_nodes.cubli.scene import scene
 from sim_nodes.gravity.parameters import SiteParameters, resolve_site
@@ -50,13 +59,15 @@ from sim_nodes.sensors.inertial import UNKNOWN
 class PhysicalPlantParameters(RoverParameters, SiteParameters):
     mass: float = field(2.0, unit="kg", gt=0, source="section 5", doc="mass, wheels included")
     length: float = field(0.2, unit="m", gt=0, source="section 5", doc="edge of the cube")
+    body_inertia: Mat3 = field(0.0, unit="kg m^2", doc=(
+        "about the centre, wheels included, as a full matrix; 0: that of a solid cube, m l^2 / 6"))
     friction: float = field(0.6, unit="1", gt=0, doc="friction coefficient of the ground")
     on_lift_off: Choice("fly", "hold") = field(
         "fly", doc="where the ground would have to pull: fly, or stay as if glued")
     on_slip: Choice("hold", "slide") = field("hold", doc="when friction does not suffice: stay all the same, or slide")
     initial_wheel_speed: Vec3 = field(0.0, unit="rad/s", doc="wheel speeds at the start")
     disturbance_amplitude: Vec3 = field(0.02, unit="rad/s^2", ge=0, source="eq. (42)",
-                                        doc="of each axis; acts as a torque of m l^2 / 6 times this")
+                                        doc="of each axis; acts as a torque of the inertia about the centre times this")
 
 
 class PhysicalPlantState(WheelDrive):
@@ -174,8 +185,9 @@ class CubliPhysicalPlant(Component):
     @classmethod
     def check(cls, values, where):
         """The wheels must turn more easily than the whole, and only the corner may touch the ground at the start."""
+        require_inertia(values["body_inertia"], f"{where}.body_inertia", values["wheel_inertia"])
         largest = values["mass"] * values["length"] ** 2 / 6.0
-        if values["wheel_inertia"] >= largest:
+        if values["wheel_inertia"] >= largest and not np.any(values["body_inertia"]):
             raise FlightError(f"{where}.wheel_inertia: {values['wheel_inertia']} kg m^2 is not allowed; allowed: less "
                               f"than the cube's own m l^2 / 6 = {largest:.4g} kg m^2")
         heights = corner_heights(values)

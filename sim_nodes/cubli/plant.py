@@ -5,9 +5,11 @@ Source: Aerospace 2022, 9(11), 728, equations (1)-(5), (42). The equations are i
 
 import math
 
+import numpy as np
+
 from cubli_ros.attitude import level_gravity, quaternion_from_cardan
 from flight_graph.components.component import Component, Formatted
-from flight_graph.components.records import Parameters, State, field
+from flight_graph.components.records import Mat3, Parameters, State, field
 from flight_graph.errors import FlightError
 from flight_graph.scenes.messages import joint_states, latched, moving, turned_joint
 from flight_graph.scenes.scene import Pose
@@ -48,6 +50,7 @@ class CubliPlantParameters(RoverParameters):
     mass: float = field(2.0, unit="kg", gt=0, source="section 5", doc="mass")
     length: float = field(0.2, unit="m", gt=0, source="section 5", doc="edge of the cube")
     gravity: float = field(0.002, unit="m/s^2", ge=0, source="section 5.2", doc="surface gravity, level ground")
+    body_inertia: Mat3 = field(0.0, unit="kg m^2", doc="that moments turn, as a full matrix; 0: m l^2 / 6, as in the paper")
     gravity_sign: int = field(1, ge=-1, le=1, source="eq. (4)", doc="+1: inverted pendulum; -1: as printed (hanging)")
 
 
@@ -88,7 +91,7 @@ def output(t_ns, p, x, outputs):
     orientation = quaternion_from_cardan(x.angles)
     gravity = rotate_back(orientation, level_gravity(p))
     truth.angles, truth.rates, truth.gravity = x.angles, x.rates, gravity
-    truth.accelerations = dynamics.paper_acceleration(p, gravity, x.torque, x.disturbance)
+    truth.accelerations = dynamics.body_acceleration(p, gravity, x.rates, x.torque, x.disturbance)
     truth.wheel_speed, truth.torque, truth.disturbance = x.wheel_speed, x.torque, x.disturbance
     attitude.orientation, attitude.angular_velocity = orientation, x.rates
     attitude.linear_acceleration_covariance = UNKNOWN
@@ -148,3 +151,24 @@ class CubliPlant(Component):
     def check(cls, values, where):
         if values["gravity_sign"] == 0:
             raise FlightError(f"{where}.gravity_sign: 0 is not allowed; allowed: 1 or -1")
+        require_inertia(values["body_inertia"], f"{where}.body_inertia")
+
+
+def require_inertia(given: list, where: str, wheels: float = 0.0) -> None:
+    """Refuse an inertia (3, 3) [kg m^2] that no body has, or of which nothing is left without its wheels.
+
+    All zero: none is given. Raises FlightError.
+    """
+    inertia = np.array(given, float)
+    if not inertia.any():
+        return
+    if not np.allclose(inertia, inertia.T, rtol=1e-9, atol=0.0):
+        raise FlightError(f"{where}: {inertia.tolist()} is not symmetric")
+    principal = np.linalg.eigvalsh(inertia)
+    moments = ", ".join(f"{one:.4g}" for one in principal)
+    if not principal[0] > wheels:
+        least = f"the {wheels:g} kg m^2 of a wheel" if wheels else "0"
+        raise FlightError(f"{where}: its principal moments are {moments} kg m^2; allowed: greater than {least}")
+    if principal[2] > (principal[0] + principal[1]) * (1.0 + 1e-9):
+        raise FlightError(f"{where}: no body has the principal moments {moments} kg m^2: the largest is at most the sum of "
+                          "the two others")

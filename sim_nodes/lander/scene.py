@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from flight_graph.errors import FlightError
 from flight_graph.scenes.scene import MAP, Arrow, Body, Cone, Cylinder, Frame, Geometry, Pose, Scene, Shape, Trail
 from flight_graph.scenes.shapes import disc, equivalent_box, opposite, turned
 from flight_math import Mat3, Vec3, dot, norm, rotate, sincos, uncompiled
@@ -48,8 +49,7 @@ def scene(values: dict, place: Vec3, rotation: Mat3, surface: Geometry, radius: 
         Shape("view", lander.CAMERA, Cone(length * float(sine / cosine), length), Pose(), VIEW, "view"),
         Shape("keep_out_funnel", lander.SITE, disc(lambda x, y: float(uncompiled(funnel_height)(p, x, y)) - p.funnel_z_0,
                                                    far, 6), Pose(), FUNNEL, "funnel"),
-        Shape("ground", lander.SITE, disc(_ground(p.site_height, place, turn, radius), patch, 4), Pose(), GROUND,
-              "terrain"),
+        *_patch(_ground(p.site_height, place, turn, radius), patch),
         Shape("asteroid", lander.ASTEROID, surface, Pose(), STONE, "terrain"),
     )
     arrows = (_arrow("thrust", "force", "N", 4.0 * size / p.force_limit, THRUST),
@@ -77,6 +77,14 @@ def _legs(size):
     x, y, z = size
     return [Shape(f"leg_{i}", lander.BASE, Cylinder(0.04 * x, 0.6 * z), Pose((a * 0.5 * x, b * 0.5 * y, -0.6 * z)), METAL)
             for i, (a, b) in enumerate(((1, 1), (-1, 1), (-1, -1), (1, -1)))]
+
+
+def _patch(height, radius):
+    """The ground around the goal; nothing where a mesh has none there (its centre is outside of it)."""
+    try:
+        return [Shape("ground", lander.SITE, disc(height, radius, 4), Pose(), GROUND, "terrain")]
+    except FlightError:
+        return []
 
 
 def _ground(height, place, turn, radius):

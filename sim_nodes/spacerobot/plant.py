@@ -15,8 +15,8 @@ import math
 from flight_graph.components.component import Component, Formatted
 from flight_graph.components.records import Array, Choice, State, Vec3, field
 from flight_graph.errors import FlightError
-from flight_graph.scenes.messages import joint_states, latched
-from flight_graph.scenes.transforms import TYPE, transforms
+from flight_graph.scenes.messages import latched
+from flight_graph.scenes.transforms import TYPE
 from flight_graph.timebase import SECOND
 from flight_math import dot, identity3, kernel, mat3, outer, quaternion_from_matrix, rotate, stack_array, vec3
 from flight_math.dense import copy
@@ -35,7 +35,7 @@ from sim_nodes.spacerobot.dynamics import (
     write_state,
 )
 from sim_nodes.spacerobot.joint_hardware import friction_capacity, pass_on, rubbing_step
-from sim_nodes.spacerobot.scene import scene
+from sim_nodes.spacerobot.scene import moving_frames, scene, true_joints
 from spacerobot_ros.ages import Stamp, age
 from spacerobot_ros.dynamics import Inertia, add_inertia, body_inertia, composite_parameters
 from spacerobot_ros.kinematics import posed
@@ -267,22 +267,6 @@ def diverged(motion):
     for rate in s.joint_rates:
         within = within and abs(rate) < BOUND
     return not within
-
-
-def moving_frames(names):
-    """The function of a record of truth/frames that makes the transforms of base and links. names: of the bodies."""
-    def made(record):
-        links = ((names[int(parent)], names[i + 1], record.offsets[3 * i:3 * i + 3], record.rotations[4 * i:4 * i + 4])
-                 for i, parent in enumerate(record.parents))
-        return transforms(record.header.stamp, (spacerobot.INERTIAL, spacerobot.BASE, record.position, record.attitude),
-                          *links)
-    return made
-
-
-def true_joints(topics):
-    """The function of a record of truth/frames that makes the joints' angles."""
-    names = topics.joint_state.fixed["name"]
-    return lambda record: joint_states(record, names, record.joints)
 
 
 def check_initial_joints(values, where):

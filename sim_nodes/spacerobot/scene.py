@@ -8,8 +8,10 @@ import math
 
 import numpy as np
 
+from flight_graph.scenes.messages import joint_states
 from flight_graph.scenes.scene import MAP, Arrow, Body, Cylinder, Frame, Joint, Pose, Scene, Shape, Trail
 from flight_graph.scenes.shapes import equivalent_box, pose_of
+from flight_graph.scenes.transforms import transforms
 from flight_math import Vec3, cross, norm
 from msg_schemas import spacerobot
 from spacerobot_ros.inertial_parameters import tensor
@@ -78,3 +80,24 @@ def _drum(frame, axis):
         half = math.sqrt(2.0 * (1.0 + cosine))
         quaternion = (*(float(part / half) for part in turn.parts()), 0.5 * half)
     return Shape(f"{frame}_joint", frame, Cylinder(0.05, 0.12), Pose(orientation=quaternion), DRUM)
+
+
+def moving_frames(names):
+    """The function of a record of truth/frames that makes the transforms of base and links. names: of the bodies."""
+    def made(record):
+        """The transforms of the frames that move."""
+        links = ((names[int(parent)], names[i + 1], record.offsets[3 * i:3 * i + 3], record.rotations[4 * i:4 * i + 4])
+                 for i, parent in enumerate(record.parents))
+        return transforms(record.header.stamp, (spacerobot.INERTIAL, spacerobot.BASE, record.position, record.attitude),
+                          *links)
+    return made
+
+
+def true_joints(topics):
+    """The function of a record of truth/frames that makes the joints' angles."""
+    names = topics.joint_state.fixed["name"]
+
+    def made(record):
+        """The joints' angles."""
+        return joint_states(record, names, record.joints)
+    return made

@@ -19,7 +19,8 @@ FLOORS = (  # of flight_graph, from the ground: a module imports its own room an
     {"errors", "syntax"}, {"text_files"}, {"timebase", "yaml_text", "xml_text"}, {"sampling", "statistics"}, {"components"},
     {"bags"},
     {"faults"}, {"monitors"}, {"graphs"}, {"engines"}, {"lanes"}, {"cuda"}, {"recordings"},
-    {"scenes", "plots"}, {"replays", "campaigns", "claims", "stepping"}, {"requirements", "c_export"}, {"reports"}, {"ros"},
+    {"scenes", "plots"}, {"replays", "campaigns", "claims", "stepping"}, {"requirements", "c_export"}, {"reports"}, {"viewers"},
+    {"ros"},
     {"runs"}, {"cli"})
 
 KNOWN = modules()

@@ -1,31 +1,57 @@
 """Runs of the toy on a device, in a process of its own: numba's simulator is chosen before numba is imported.
 
-    NUMBA_ENABLE_CUDASIM=1 python -m tests.cuda.device_runs
+    NUMBA_ENABLE_CUDASIM=1 python -m tests.cuda.device_runs by_simulator
+    python -m tests.cuda.device_runs by_ptx
 """
 
 import ctypes
 import sys
+import tempfile
+from pathlib import Path
 from types import SimpleNamespace
 
-from flight_graph.cuda import devices, modules
+import numpy as np
+
+from flight_graph.cuda import devices
 from flight_graph.cuda.batch import OnDevice
+from flight_graph.cuda.packed import Packed
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.graphs.scenario import Scenario
+from tests.cuda import ptx_in_c
 from tests.graph import toy
-from tests.lanes.test_lanes import FAULTS, assert_same
+from tests.lanes.test_lanes import FAULTS as COMMON
+from tests.lanes.test_lanes import assert_same
 
 RUNS, TICKS = 70, 60  # more than the threads of a block
+FAULTS = [*COMMON, {"id": "grows", "at": "sensor.imu.linear_acceleration", "type": "drift", "value": 2.0}]
 MEASURES = {"high": {"largest": "plant.truth.angle", "of": "norm"}, "settled": {"settling": "plant.truth.rate", "within": 0.2},
             "worn": {"integral": "controller.command.effort", "of": "squared"}, "crossed": {
                 "first": "plant.truth.angle", "below": 0.0}}
 
 
-def case(number, faults):
+def case(number):
     """Angles, noise and laws differ; some leave the limit of the controller, at times of their own."""
-    data = toy.scenario(duration_s=0.3, seed=3 + number, measures=MEASURES)
-    data["components"]["plant"]["parameters"] = {"angle": [0.01 * number, 0.2, -0.3 + 0.01 * number]}
-    data["components"]["controller"]["parameters"] = {"law": ["pd", "p"][number % 2], "angle_limit": [0.62, 100.0][number % 2]}
-    return Scenario({**data, **({"faults": list(faults)} if faults else {})}, "toy.yaml")
+    data = toy.scenario(duration_s=0.3, seed=3 + number, measures=MEASURES, faults=FAULTS)
+    data["components"]["plant"]["parameters"] = {"angle": [0.009 * number, 0.2, -0.3 + 0.01 * number]}
+    data["components"]["controller"]["parameters"] = {"law": ["pd", "p"][number % 2], "angle_limit": [0.6 + 0.005 * number, 100.0][number % 2]}
+    return Scenario(data, "toy.yaml")
+
+
+def assert_moved_whole():
+    """Every address in a row is one of the row or of its logs, wherever they lie: none of this process is left."""
+    flight = CompiledRun(case(9), reducing=True).start(TICKS)
+    codes = [code.address for parts in flight.codes.values() for code in parts.values()]
+    packed = Packed(flight, {address: number for number, address in enumerate(codes, 1)})
+    row, logs, rows = np.zeros(packed.size, np.uint8), np.zeros(packed.log_size, np.uint8), []
+    for place in (0x1111 << 32, 0x2222 << 32):
+        packed.write(row, logs, place, place + (1 << 28))
+        rows.append(row.view("<i8").copy())
+    moved = rows[1] - rows[0]
+    assert set(moved.tolist()) == {0, 0x1111 << 32} and (moved != 0).sum() > 50
+    places = rows[0][moved != 0] - (0x1111 << 32)
+    assert ((0 <= places) & (places <= packed.size) | (1 << 28 <= places) & (places <= (1 << 28) + packed.log_size)).all()
+    here = [flight.arrays[name].ctypes.data for name in flight.arrays]
+    assert not np.isin(rows[0], [*here, *codes]).any()
 
 
 def flown(scenarios, device=None):
@@ -42,27 +68,26 @@ def flown(scenarios, device=None):
 
 
 def compare(device) -> int:
-    """Compare all memory, logs, stops and measures with those of runs alone; how many runs stopped early."""
-    stopped = 0
-    for faults in ((), FAULTS):
-        scenarios = [case(number, faults) for number in range(0, RUNS, 1 if not faults else 9)]
-        alone, there = flown(scenarios), flown(scenarios, device)
-        assert_same(there, alone)
-        assert [str(flight.reduced()) for flight in there] == [str(flight.reduced()) for flight in alone]
-        stopped += sum(bool(flight.stop) for flight in there)
-    return stopped
+    """Compare all memory, logs, stops and measures with those of runs alone; how many ticks ended some."""
+    scenarios = [case(number) for number in range(RUNS)]
+    alone, there = flown(scenarios), flown(scenarios, device)
+    assert_same(there, alone)
+    assert [str(flight.reduced()) for flight in there] == [str(flight.reduced()) for flight in alone]
+    return len({flight.stop.t_ns for flight in there if flight.stop})
 
 
 class FakeDriver:
-    """The calls of a driver of CUDA that are made, over memory of this machine: a launch runs the twin, thread by thread."""
+    """The calls of a driver of CUDA that are made, over memory of this machine: a launch does what the PTX says, thread by
+    thread (`tests.cuda.ptx_in_c`).
+    """
 
-    def __init__(self):
-        self.blocks, self.codes, self.calls = {}, {}, []
+    def __init__(self, folder):
+        self.blocks, self.calls, self._folder = {}, [], folder
 
     def __getattr__(self, name):
         def called(*given):
             self.calls.append(name)
-            return SimpleNamespace(name="CUDA_SUCCESS", __int__=None) if False else (0, *self._answer(name, *given))
+            return 0, *self._answer(name, *given)
         return called
 
     def _answer(self, name, *given):
@@ -76,34 +101,39 @@ class FakeDriver:
         if name in ("cuMemcpyHtoD", "cuMemcpyDtoH"):
             ctypes.memmove(*given)
         if name == "cuModuleLoadData":
-            assert given[0].endswith(b"\0") and b".visible .entry flight(" in given[0]
+            return (ptx_in_c.compiled(ctypes.string_at(given[0]).decode(), self._folder),)
+        if name == "cuModuleGetFunction":
+            return (given[0],) if given[1] == b"flight" else ()
         if name == "cuLaunchKernel":
             function, blocks, _, _, threads, _, _, shared, stream, (values, kinds), extra = given
-            assert (function, shared, stream, extra) == ("flight", 0, 0, 0) and kinds == (ctypes.c_int64,) * 4
-            for number in range(blocks * threads):
-                self.twin(number, *values)
-        return {"cuMemGetInfo": (1 << 30, 1 << 31), "cuModuleGetFunction": ("flight",), "cuDeviceGet": (0,),
-                "cuModuleLoadData": ("module",), "cuDevicePrimaryCtxRetain": ("context",)}.get(name, ())
+            assert (shared, stream, extra) == (0, 0, 0) and kinds == (ctypes.c_int64,) * 4
+            function(blocks, threads, *values)
+        return {"cuMemGetInfo": (1 << 30, 1 << 31), "cuDeviceGet": (0,), "cuDevicePrimaryCtxRetain": ("context",)}.get(name, ())
 
 
-def of_fake_driver():
+def of_fake_driver(folder):
     """A device whose driver is none."""
-    fake = FakeDriver()
+    fake = FakeDriver(folder)
     sys.modules["cuda"] = SimpleNamespace(bindings=SimpleNamespace(driver=fake))
     sys.modules["cuda.bindings"] = SimpleNamespace(driver=fake)
-    device, load = devices.Graphics(), modules.load
+    return devices.Graphics(), fake
 
-    def loaded(*given):
-        found = load(*given)
-        fake.twin = found.twin
-        return found
-    modules.load = loaded
-    return device, fake
+
+def by_simulator() -> int:
+    """Numba's simulator, which runs the twin of the device's code."""
+    assert devices.is_simulated()
+    assert_moved_whole()
+    return compare(devices.opened())
+
+
+def by_ptx() -> int:
+    """The PTX, done by this processor."""
+    with tempfile.TemporaryDirectory() as folder:
+        device, fake = of_fake_driver(Path(folder))
+        ends = compare(device)
+    assert not fake.blocks and fake.calls[-1] == "cuMemFree"
+    return ends
 
 
 if __name__ == "__main__":
-    assert devices.is_simulated()
-    stopped = compare(devices.opened())
-    device, fake = of_fake_driver()
-    assert compare(device) == stopped and not fake.blocks and fake.calls[-1] == "cuMemFree"
-    print(f"{stopped} runs stopped early")
+    print(f"runs stopped at {globals()[sys.argv[1]]()} ticks")
