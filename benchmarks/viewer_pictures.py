@@ -30,6 +30,7 @@ FLIGHT = Path(sys.executable).with_name("flight")
 SCENARIOS = {"cubli_asteroid": 20.0, "spacerobot_harmonic": 10.0, "lander_nominal": 300.0}  # and the seconds that are flown
 SIZE = (1400, 880)  # [px]
 PATIENCE_S = 120.0
+WAIT_S = 60.0  # [s] a viewer without a graphics processor takes to draw
 PLACEHOLDER = "/*LICHTBLICK_SUITE_DEFAULT_LAYOUT_PLACEHOLDER*/"
 
 
@@ -66,14 +67,10 @@ class Browser:
             raise SystemExit(f"the browser does not {method}: {said['error']}")
         return said["result"]
 
-    def photograph(self, address: str, path: Path, seconds: float, clicks=()) -> None:
-        """Open an address, let it draw for some seconds, press keys on the way, and write what it shows."""
+    def photograph(self, address: str, path: Path, seconds: float) -> None:
+        """Open an address, let it draw for some seconds, and write what it shows."""
         self.ask("Page.navigate", url=address)
         time.sleep(seconds)
-        for x, y in clicks:
-            for kind in ("mousePressed", "mouseReleased"):
-                self.ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
-            time.sleep(3.0)
         path.write_bytes(base64.b64decode(self.ask("Page.captureScreenshot", format="png")["data"]))
         print(path)
 
@@ -100,8 +97,8 @@ def started(*arguments: str):
 def rerun(browser: Browser, bags: dict[str, Path], out: Path) -> None:
     """Each vehicle in Rerun's web viewer."""
     for number, (name, bag) in enumerate(bags.items()):
-        with started("view", str(bag), "--web", "--port", str(9190 + number)) as address:
-            browser.photograph(address, out / f"rerun_{name}.png", 40.0)
+        with started("view", str(bag), "--web", "--port", str(9190 + number), "--points", "400") as address:
+            browser.photograph(address, out / f"rerun_{name}.png", WAIT_S)
             browser.ask("Page.navigate", url="about:blank")
 
 
@@ -118,7 +115,7 @@ def lichtblick(browser: Browser, bags: dict[str, Path], build: Path, out: Path, 
             threading.Thread(target=server.serve_forever, daemon=True).start()
             with started("serve", str(bag), "--port", str(9290 + number), "--loop") as address:
                 browser.photograph(f"http://127.0.0.1:{server.server_port}/?ds=foxglove-websocket&ds.url={quote(address)}",
-                                   out / f"lichtblick_{name}.png", 40.0)
+                                   out / f"lichtblick_{name}.png", WAIT_S)
                 browser.ask("Page.navigate", url="about:blank")
             server.shutdown()
 
