@@ -6,12 +6,15 @@ from flight_graph import yaml_text
 from flight_graph.cli.show import add, console
 
 VEHICLES = {"cubli_ros": "rover", "spacerobot_ros": "space robot", "lander_ros": "lander"}
+SEVERAL = "several vehicles"
 RUN, SWEEP, FAULTS = "one run: flight run NAME", "many runs: flight sweep NAME", "faults: flight run NAME --case N, or flight sweep NAME"
 PURPOSES = (RUN, SWEEP, FAULTS)
 
 
 def vehicle(data: dict) -> str:
     """Whose a scenario is, by the flight packages of its components."""
+    if data.get("include"):
+        return SEVERAL
     packages = {str(entry.get("use", "")).partition("/")[0].partition(".")[0] for entry in data["components"].values()}
     return next((name for package, name in VEHICLES.items() if package in packages), "others")
 
@@ -24,8 +27,8 @@ def purpose(data: dict) -> str:
 def show_all(components: bool, as_json: bool) -> None:
     """Print the scenarios, or the components."""
     from flight_graph.components import registry
-    from flight_graph.graphs import scenario as scenarios
-    found = {name: yaml_text.read(path) for name, path in scenarios.available().items()}
+    from flight_graph.graphs.source import available
+    found = {name: yaml_text.read(path) for name, path in available().items()}
     if as_json:
         print(json.dumps({
             "scenarios": {name: data["title"] for name, data in found.items()},
@@ -35,7 +38,7 @@ def show_all(components: bool, as_json: bool) -> None:
     if components:
         _components(registry.components())
         return
-    for name in [*VEHICLES.values(), "others"]:
+    for name in [*VEHICLES.values(), SEVERAL, "others"]:
         mine = {key: data for key, data in found.items() if vehicle(data) == name}
         if mine:
             _vehicle(name, mine)

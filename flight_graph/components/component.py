@@ -121,6 +121,14 @@ class Component:
         return values
 
     @classmethod
+    def fitted(cls, values: dict) -> str | None:
+        """The name (``module:attribute``) of the class to run with these resolved parameters; None: this one.
+
+        Where tables need more room than this class has: the layout of a state is part of its class.
+        """
+        return None
+
+    @classmethod
     def tables(cls, values: dict) -> dict[str, np.ndarray]:
         """State entries that are filled before `start` from the resolved parameters: name -> array of its shape.
 

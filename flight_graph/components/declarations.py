@@ -15,7 +15,7 @@ from flight_graph.components.records import Parameters, State
 from msg_schemas.signal import Signal
 
 PARTS = ("start", "kernel", "output", "update")
-METHODS = ("resolve", "tables", "check", "warnings", "scene")
+METHODS = ("resolve", "fitted", "tables", "check", "warnings", "scene")
 _TAKEN = ("t_ns", "p", "x", "inputs", "outputs")
 
 

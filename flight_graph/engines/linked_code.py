@@ -58,15 +58,26 @@ declare i32 @{inner}(ptr, ptr, {types})
 """
 
 
-def part_module(kernel, arguments: list, count: int, symbol: str, fault: int):
-    """The module of a part with all that it reaches, linked and not optimised, and the sentences of all errors in it."""
+def part_module(kernel, arguments: list, count: int, symbol: str, fault: int, address_bits: int = 64):
+    """The module of a part with all that it reaches, linked and not optimised, and the sentences of all errors in it.
+
+    address_bits: size of what ``io`` holds, where the code is for another processor.
+    """
     result = kernel.get_compile_result(types.void(*arguments))
-    loads = "\n".join(f"  %s{i}.at = getelementptr ptr, ptr %io, i64 {i}\n  %s{i} = load ptr, ptr %s{i}.at"
-                      for i in range(count))
+    loads = "\n".join(_load(i, address_bits) for i in range(count))
     names = ["i64 %t_ns"] * (arguments[0] == types.int64) + ["ptr %p", "ptr %x"] + [f"ptr %s{i}" for i in range(count)]
     entry = _ENTRY.format(symbol=symbol, inner=f'"{result.fndesc.llvm_func_name}"', loads=loads, base=RAISED, fault=fault,
                           arguments=", ".join(names), types=", ".join(name.split()[0] for name in names))
     return _linked(result.library, entry, symbol), _raised(result.library)
+
+
+def _load(i, address_bits) -> str:
+    """How a part takes the address of a record out of ``io``."""
+    if address_bits == 64:
+        return f"  %s{i}.at = getelementptr ptr, ptr %io, i64 {i}\n  %s{i} = load ptr, ptr %s{i}.at"
+    word = f"i{address_bits}"
+    return (f"  %s{i}.at = getelementptr {word}, ptr %io, i64 {i}\n  %s{i}.word = load {word}, ptr %s{i}.at\n"
+            f"  %s{i} = inttoptr {word} %s{i}.word to ptr")
 
 
 def function_module(function, signature, symbol: str):

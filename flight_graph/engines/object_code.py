@@ -182,14 +182,15 @@ def optimise(module, machine):
 
 
 def part_code(kernel, arguments: list, count: int, symbol: str, fault: int,
-              optimised=optimise) -> tuple[bytes, dict[int, str]]:
+              optimised=optimise, address_bits: int = 64) -> tuple[bytes, dict[int, str]]:
     """Object code of one part as the C function ``symbol``, and the sentences of the errors it may raise.
 
     arguments: numba's types of the kernel's arguments; count: of its inputs and outputs, each a pointer at the end of what
     numba makes of the arguments. fault: offset of the state's ``fault``, which takes `RAISED` plus the number of an error.
-    optimised(module, machine): the module that is emitted in the place of the linked one. Raises FlightError.
+    optimised(module, machine): the module that is emitted in the place of the linked one. address_bits: size of what ``io``
+    holds, where the code is for another processor. Raises FlightError.
     """
-    module, raised = part_module(kernel, arguments, count, symbol, fault)
+    module, raised = part_module(kernel, arguments, count, symbol, fault, address_bits)
     code, text = _emit(module, optimised)
     return code, {number: raised[number] for number in raised if str(number) in text or str(RAISED + number) in text}
 

@@ -68,6 +68,8 @@ class NodeMaker:
         given = component.parameters.validate(given, f"{where}.parameters")
         values.update(given)
         values = declared.resolved(component, values, f"{where}.parameters", self._folder)
+        if (fitted := declared.call(component, "fitted", values)) is not None:
+            use, component = fitted, registry.component(fitted)
         self.without_effect[name] = list(_without_effect(component.parameters, given, values))
         rate = component.rate_hz if entry.rate_hz is None else entry.rate_hz
         return Node(name, use, component, values, rate)

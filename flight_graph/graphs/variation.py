@@ -123,6 +123,8 @@ class _Base:
                 values = self._values(name, given, nodes, seed, self._checked[name])
                 values = declared.resolved(nodes[name].component, values, f"{base.origin}: components.{name}.parameters",
                                            base.folder)
+                if declared.call(nodes[name].component, "fitted", values) is not None:
+                    return None
                 nodes[name] = replace(nodes[name], values=values)
         if base.faults:
             made.faults = _faults(made, base)

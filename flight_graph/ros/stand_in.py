@@ -137,8 +137,8 @@ class StandIn(ManagedNode):
             raise FlightError(f"{self.get_name()}: give it stands_for, a foreign node of graph.scenario")
         graph = recorder.read_scenario(scenario_file).graph
         self.component = graph.nodes[self.stands_for].component
-        self._known = {_UNKNOWN, self.get_name(), "recorder", *(
-            stand_in_of(name) if node.is_foreign else name.rpartition(".")[2] for name, node in graph.nodes.items())}
+        own = {stand_in_of(name) if node.is_foreign else name for name, node in graph.nodes.items()}
+        self._known = {_UNKNOWN, self.get_name(), "recorder", *(name.rpartition(".")[2] for name in own)}
         self.settings = declare(self, self.component)
         group, self.outputs, self.watches = LoopOnly(), {}, {}
         self.memory = self.changes = SimpleNamespace(unmatched=lambda: None)
@@ -212,6 +212,10 @@ def run_stand_in(arguments: list[str], announce) -> int:
 
 def main(arguments: list[str], announce=None) -> int:
     """The executable ``stand_in``: of launch files."""
+    if "-h" in arguments or "--help" in arguments:
+        print("stand_in: stands in for a foreign node of a graph in lockstep; flight run and launch files start it\n\n"
+              "usage: flight node sim_nodes/stand_in --ros-args -p stands_for:=controller -p graph.scenario:=FILE.yaml")
+        return
     prepare_environment()
     leaving.at_once()
     leaving.keep_imports()

@@ -6,20 +6,26 @@ import signal
 import subprocess
 import sys
 from contextlib import contextmanager
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import rclpy
 import yaml
 
 from flight_graph.bags.reader import read_bag
 from flight_graph.engines.compiled import CompiledRun
+from flight_graph.errors import FlightError
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.recorded_run import open_recorded
 from flight_graph.recordings.recording import BagSignals
 from flight_graph.replays.verify import verify
 from flight_graph.ros import shared_memory
 from flight_graph.ros.patience import at_least
-from tests.ros.processes import ROOT, environment, flight
+from flight_graph.ros.ports import LoopOnly, RawPublisher
+from flight_graph.ros.stand_in import Answers
+from msg_schemas import cubli
+from tests.ros.processes import ROOT, environment, flight, until
 
 pytestmark = [pytest.mark.ros, pytest.mark.xdist_group("foreign")]
 DOMAIN = "119"
@@ -99,30 +105,42 @@ def test_firmware_in_c_beside_the_graph_gives_the_bytes_of_the_compiled_run(tmp_
 
 
 def test_answers_that_are_late_or_wrong_are_counted_and_the_last_one_is_held(tmp_path):
-    """Missing, missing, wrong stamp, not a number, wrong names, then two at once; the plant holds what came before."""
+    """Missing, missing, wrong stamp, not a number, wrong names, two at once, then killed: the plant holds what came before."""
     with beside("-m", "tests.ros.foreign_node", "many", "cubli/truth/attitude"):
         done = fly(plant_and_law(tmp_path, late="hold", answer_within_s=0.4), tmp_path / "bag")
     assert done.returncode == 0, done.stderr
     counts = json.loads(done.stdout)["statistics"]["controller_stand_in"]
-    assert counts["late"] >= 5 and counts["refused_messages"] >= 4
     for words in ("a stamp that was not asked for", "effort of a message is not finite", "name is ['wheel',",
                   "more than one answer to one stamp"):
         assert any(words in reason for reason in counts["reasons"]), (words, counts["reasons"])
     bag = read_bag(tmp_path / "bag")
-    missing = {9, 19, 29, 39, 49} - set((bag.stamps_ns(COMMAND) - bag.start_ns) // 10_000_000)
-    assert len(missing) == 5, missing
+    there = set((bag.stamps_ns(COMMAND) - bag.start_ns) // 10_000_000)
+    assert not there & {9, 19, 29, 39, 49, *range(65, 70)}
+    assert counts["late"] == 70 - len(there) and counts["refused_messages"] >= 4
     assert bag.metadata["flight_graph.outcome"][f"late {COMMAND}"] == str(counts["late"])
     result = verify(tmp_path / "bag")
     assert result.verdict == "equal" and any(f"{counts['late']} late" in one for one in result.sentences)
 
 
-def test_a_node_that_is_killed_ends_the_run_with_a_sentence(tmp_path):
-    """What was recorded until then is there, and is run again."""
-    with beside("-m", "tests.ros.foreign_node", "killed", "cubli/truth/attitude"):
-        done = fly(plant_and_law(tmp_path, answer_within_s=2.0), tmp_path / "bag")
-    assert done.returncode == 2
-    assert "controller: the foreign node is late: /cubli/wheel_command has no answer to t = 0.190000000 s" in done.stderr
-    assert verify(tmp_path / "bag").verdict == "equal"
+def test_a_late_answer_stops_the_run_where_it_may_not_be_held():
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    node = rclpy.create_node("late", context=context, start_parameter_services=False)
+    node.settings = SimpleNamespace(supervised=True, epoch_ns=0, period_ns=10_000_000, subscribers={"command": 0})
+    node.component, node.stands_for, node.check_alive = SimpleNamespace(answer_within_s=0.2, late="stop"), "law", lambda: None
+    answers = Answers(node, "command", cubli.COMMAND, LoopOnly())
+    sender = RawPublisher(node, cubli.COMMAND.topic, cubli.COMMAND.type_name, cubli.COMMAND.role.qos)
+    until(answers.subscription.publishers, 30.0, "both ends")
+    payload, record = cubli.COMMAND.new()
+    for nanosec in (0, 20_000_000):
+        record["header"]["stamp"]["nanosec"] = nanosec
+        sender.publish(payload.tobytes())
+    answers.wait_for(0)
+    with pytest.raises(FlightError, match="law: the foreign node is late: /cubli/wheel_command has no answer to t = 0.010000000"
+                       r" s within .*; its last answer is to t = 0.000000000 s; refused 1: .* \(the first: t = 0.02"):
+        answers.wait_for(10_000_000)
+    node.destroy_node()
+    rclpy.shutdown(context=context)
 
 
 def test_a_node_that_never_appears_is_named_with_what_it_has_to_do(tmp_path, monkeypatch):
