@@ -30,7 +30,7 @@ FLIGHT = Path(sys.executable).with_name("flight")
 SCENARIOS = {"cubli_asteroid": 20.0, "spacerobot_harmonic": 10.0, "lander_nominal": 300.0}  # and the seconds that are flown
 SIZE = (1400, 880)  # [px]
 PATIENCE_S = 120.0
-WAIT_S = 60.0  # [s] a viewer without a graphics processor takes to draw
+WAIT_S = 75.0  # [s] a viewer without a graphics processor takes to draw
 PLACEHOLDER = "/*LICHTBLICK_SUITE_DEFAULT_LAYOUT_PLACEHOLDER*/"
 
 
