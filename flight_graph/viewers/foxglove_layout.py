@@ -10,7 +10,8 @@ _MARKERS, _MODEL = "/scene", "/robot_description"
 
 def foxglove_layout(vehicle: Vehicle) -> str:
     """The layout as JSON."""
-    panels = {"3D!picture": _picture(vehicle), "Parameters!parameters": {"foxglovePanelTitle": "parameters, to be set while it flies"}}
+    panels = {"3D!picture": _picture(vehicle),
+              "Parameters!parameters": {"foxglovePanelTitle": "parameters, to be set while it flies"}}
     beside = _named(panels, "overview", vehicle.overview)
     first = {"direction": "row", "first": "3D!picture", "second": _column(beside), "splitPercentage": 60} if (
         beside) else "3D!picture"
@@ -43,7 +44,8 @@ def _named(panels, prefix, plots: list[Plot]) -> list[str]:
         paths = [{"value": f"{one.topic}.{line.path}", "label": line.label, "enabled": True,
                   "timestampMethod": "receiveTime"} for one in plot.series for line in one.lines]
         panels[found[-1]] = {
-            "foxglovePanelTitle": plot.full_title, "paths": paths, "showXAxisLabels": True, "showYAxisLabels": True, "showLegend": True,
+            "foxglovePanelTitle": plot.full_title, "paths": paths,
+            "showXAxisLabels": True, "showYAxisLabels": True, "showLegend": True,
             "legendDisplay": "left", "showPlotValuesInLegend": False, "isSynced": True, "xAxisVal": "timestamp"}
     return found
 
