@@ -25,6 +25,10 @@ from urllib.parse import quote
 
 from websockets.sync.client import connect
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from flight_graph.viewers.rerun_page import RerunPage
+
 ROOT = Path(__file__).resolve().parents[1]
 FLIGHT = Path(sys.executable).with_name("flight")
 SCENARIOS = {"cubli_asteroid": 20.0, "spacerobot_harmonic": 10.0, "lander_nominal": 300.0}  # and the seconds that are flown
@@ -94,33 +98,50 @@ def started(*arguments: str):
         process.wait(20.0)
 
 
-def rerun(browser: Browser, bags: dict[str, Path], out: Path) -> None:
-    """Each vehicle in Rerun's web viewer."""
-    for number, (name, bag) in enumerate(bags.items()):
-        with started("view", str(bag), "--web", "--port", str(9190 + number), "--points", "400") as address:
-            browser.photograph(address, out / f"rerun_{name}.png", WAIT_S)
-            browser.ask("Page.navigate", url="about:blank")
+@contextlib.contextmanager
+def site(folder: Path):
+    """A folder served as a page of this machine; its address."""
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(_Quiet, directory=str(folder))) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}"
+        server.shutdown()
+
+
+def rerun(browser: Browser, bags: dict[str, Path], out: Path, work: Path) -> None:
+    """Each vehicle in Rerun's web viewer, from the recording that `flight view --save` writes."""
+    page = RerunPage("127.0.0.1", 9190, "this script")
+    viewer = page.address.partition("?")[0]
+    try:
+        with site(work) as files:
+            for name, bag in bags.items():
+                subprocess.run([FLIGHT, "view", bag, "--save", work / f"{name}.rrd", "--points", "2000"], check=True,
+                               stdout=subprocess.DEVNULL)
+                recording = quote(f"{files}/{name}.rrd", safe="")
+                browser.photograph(f"{viewer}?url={recording}", out / f"rerun_{name}.png", WAIT_S)
+                browser.ask("Page.navigate", url="about:blank")
+    finally:
+        page.close()
 
 
 def lichtblick(browser: Browser, bags: dict[str, Path], build: Path, out: Path, work: Path) -> None:
     """Each vehicle in Lichtblick, live from `flight serve`, in the layout that ships."""
     for number, (name, bag) in enumerate(bags.items()):
         layout = subprocess.run([FLIGHT, "layout", name, "--for", "lichtblick"], check=True, capture_output=True, text=True)
-        site = work / f"lichtblick_{name}"
-        shutil.copytree(build, site)
-        page = site / "index.html"
+        folder = work / f"lichtblick_{name}"
+        shutil.copytree(build, folder)
+        page = folder / "index.html"
         page.write_text(page.read_text(encoding="utf-8").replace(PLACEHOLDER, layout.stdout), encoding="utf-8")
-        handler = functools.partial(_Quiet, directory=str(site))
-        with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
-            threading.Thread(target=server.serve_forever, daemon=True).start()
-            with started("serve", str(bag), "--port", str(9290 + number), "--loop") as address:
-                browser.photograph(f"http://127.0.0.1:{server.server_port}/?ds=foxglove-websocket&ds.url={quote(address)}",
-                                   out / f"lichtblick_{name}.png", WAIT_S)
-                browser.ask("Page.navigate", url="about:blank")
-            server.shutdown()
+        with site(folder) as pages, started("serve", str(bag), "--port", str(9290 + number), "--loop") as address:
+            browser.photograph(f"{pages}/?ds=foxglove-websocket&ds.url={quote(address)}", out / f"lichtblick_{name}.png",
+                               WAIT_S)
+            browser.ask("Page.navigate", url="about:blank")
 
 
 class _Quiet(http.server.SimpleHTTPRequestHandler):
+    def end_headers(self):
+        self.send_header("Access-Control-Allow-Origin", "*")  # the viewer is a page of another port
+        super().end_headers()
+
     def log_message(self, *_):
         pass
 
@@ -142,7 +163,7 @@ def main() -> None:
         browser = Browser(work / "profile")
         try:
             if options.only != "lichtblick":
-                rerun(browser, bags, options.out)
+                rerun(browser, bags, options.out, work)
             if options.lichtblick and options.only != "rerun":
                 lichtblick(browser, bags, options.lichtblick, options.out, work)
         finally:
