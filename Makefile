@@ -13,17 +13,21 @@ INSTALLED := setup.py package.xml pyproject.toml $(wildcard */nodes.py launch/*/
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup develop demo compile test portable bench lock clean choose
+.PHONY: help setup develop viewers demo compile test portable bench lock clean choose
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 	@echo
 	@echo "PYTHON=/path/to/python3.12 chooses the interpreter (3.11 or 3.12); ROS=none leaves ROS 2 out;"
-	@echo "PINOCCHIO=none leaves out the reference of some tests of the space robot (380 MB): they are skipped then."
+	@echo "PINOCCHIO=none leaves out the reference of some tests of the space robot (380 MB): they are skipped then;"
+	@echo "RERUN=none likewise the viewer Rerun (500 MB)."
 
 setup: $(PROJECT) ## .venv with pinned, hash-checked packages and this project, editable
 
 develop: setup $(TESTERS) ## the packages of the tests as well
+
+viewers: setup ## Rerun and the stream to Foxglove, for flight view and flight serve (500 MB)
+	requirements/install.sh --viewers
 
 demo: setup ## a first flight (runs: flight demo)
 	$(BIN)/flight demo
@@ -54,12 +58,14 @@ clean: ## removes what make made, .venv too (recordings in runs/ stay)
 	rm -rf $(VENV) $(READER) build install log dist *.egg-info .pytest_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
-# The locks of one Python: for users, the same with ROS, for tests, for their largest reference. All have the same versions.
+# The locks of one Python: for users, the same with ROS, for tests, for their largest reference, for viewers. All have the same
+# versions.
 define compile_all
 $(call compile,python$(1),setup.py,$(1) --universal)
 	$(call compile,python$(1)-ros,setup.py --extra ros,$(1) --python-platform x86_64-manylinux_2_28,python$(1))
 	$(call compile,python$(1)-test,setup.py --extra test,$(1) --universal,python$(1))
 	$(call compile,python$(1)-pinocchio,setup.py --extra pinocchio,$(1) --universal,python$(1)-test)
+	$(call compile,python$(1)-view,setup.py --extra view --extra foxglove,$(1) --universal,python$(1)-test)
 endef
 
 # $(call compile,name of the lock,sources,python version and platform,lock to agree with). No address goes into a lock.

@@ -1,7 +1,8 @@
 """One Python distribution that is six ament packages to ROS 2.
 
 Every name in ``AMENT_PACKAGES`` gets what a ROS 2 package has: a marker in the ament index,
-``share/<name>/package.xml``, ``share/<name>/launch``, ``share/<name>/config`` and its executables in ``lib/<name>``.
+``share/<name>/package.xml``, ``share/<name>/launch``, ``share/<name>/config``, ``share/<name>/urdf`` and its executables
+in ``lib/<name>``.
 They reach the install prefix as data files: pip, ``pip -e`` and colcon (linked or not) put them in the same places.
 """
 
@@ -17,7 +18,7 @@ NAME = MANIFEST.findtext("name")  # colcon builds by this name: it must be the d
 AMENT_PACKAGES = (NAME, "msg_schemas", "cubli_ros", "spacerobot_ros", "lander_ros", "sim_nodes")
 PYTHON_PACKAGES = (*AMENT_PACKAGES, "flight_math", "papers", "scenarios")
 COMMAND_LINE = "flight_graph.cli:main"
-DATA_SUFFIXES = ("yaml", "json", "xml", "csv", "md")
+DATA_SUFFIXES = ("yaml", "json", "xml", "csv", "md", "js", "css")
 GENERATED = Path("build/ament")  # below the source tree, because colcon links data files by relative path
 
 EXECUTABLE = '''\
@@ -91,7 +92,7 @@ def data_files() -> list[tuple[str, list[str]]]:
         renamed = manifest.replace(f"<name>{NAME}</name>", f"<name>{package}</name>")
         own = "package.xml" if package == NAME else write(GENERATED / package / "package.xml", renamed)
         files.append((f"share/{package}", [own]))
-        for kind in ("launch", "config"):
+        for kind in ("launch", "config", "urdf"):
             root = Path(kind, package)
             for path in sorted(p for p in root.rglob("*") if p.is_file() and "__pycache__" not in p.parts):
                 folder = Path("share", package, kind, path.parent.relative_to(root))
@@ -145,6 +146,11 @@ setup(
         "ros": ["ros-jazzy-rclpy[fastrtps]==7.1.6", "ros-jazzy-common-interfaces==5.3.6"],
         # Campaigns on many machines (docs/campaigns.md).
         "dask": ["dask>=2024.8", "distributed>=2024.8"],
+        # Campaigns on a graphics processor (docs/campaigns.md): what speaks to its driver, which comes with the machine.
+        "cuda": ["cuda-bindings>=12.8"],
+        # Viewers (docs/seeing.md): Foxglove and Lichtblick live, 20 MB; Rerun with its window and its page, 170 MB.
+        "foxglove": ["foxglove-sdk>=0.30"],
+        "view": ["rerun-sdk>=0.41,<0.42"],
         "test": [
             "pytest>=8,<9.2",  # 9.2 does not take the names of groups that pytest-xdist 3.8 gives to tests
             "pytest-xdist>=3.5",
@@ -156,6 +162,8 @@ setup(
             "psutil>=5.9",
             "dask>=2024.8",  # the extra [dask], tested with a real cluster
             "distributed>=2024.8",
+            "foxglove-sdk>=0.30",  # the extra [foxglove], tested by a client of its protocol
+            "websockets>=15",
         ],
         # A reference of the space robot's tests, 380 MB; they are skipped without it. No wheels for Windows.
         "pinocchio": ["pin>=3; sys_platform != 'win32'"],

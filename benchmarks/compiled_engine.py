@@ -32,7 +32,8 @@ try:  # where the modules stood before they had rooms
     from flight_graph.compiled import CompiledRun
     from flight_graph.recording import write_recording
 except ImportError:
-    from flight_graph.graphs.scenario import available, load
+    from flight_graph.graphs.scenario import load
+    from flight_graph.graphs.source import available
     from flight_graph.engines.compiled import CompiledRun
     from flight_graph.recordings.recording import write_recording
 """

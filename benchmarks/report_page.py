@@ -1,78 +1,81 @@
-"""The page of the lander's campaign: how long it takes, how large it is, and the picture of it in docs/reports.md.
+"""The pages of the rover's run of 60 s and of the lander's campaign: how long they take, how large they are, how fast they
+open, and the pictures of them in docs/reports.md.
 
-    python benchmarks/report_page.py [--runs N] [--picture docs/images/report.png]
-    python benchmarks/report_page.py --campaign DIR --picture FILE --shown Dispersion:2 Landing:1 [--metric M ...] [--size W H]
+    python benchmarks/report_page.py [--runs N] [--pictures docs/images]
 
-The second takes a campaign that is there: the pictures of docs/campaigns.md. A picture needs a browser (chromium), the rest
-does not.
+Opening and pictures need a browser (chromium), the rest does not.
 """
 
 import argparse
-import shutil
-import subprocess
 import sys
 import tempfile
 import time
+from base64 import b64decode
 from pathlib import Path
-
-from PIL import Image
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from flight_graph import runs
 from flight_graph.campaigns import opening
-from flight_graph.campaigns.folder import Campaign
 from flight_graph.campaigns.report import Choices
 from flight_graph.components.foreign import agree
 from flight_graph.graphs.scenario import load
-from flight_graph.reports import campaign_page, page
+from flight_graph.reports import bag_page, campaign_page, page
+from tests.reports.browser import Browser
 
 SCENARIO = "lander_monte_carlo_perturbed"
 SHOWN = {"Dispersion": 1, "Landing": 1, "Over time": 1}  # section -> how many of its figures are in the picture
-SIZE = (1280, 2160)  # [px]
-COLOURS = 64  # of a picture, which is a third as large with so few
+SIZE, BAG_SIZE = (1280, 2160), (1280, 1500)  # [px]
+RUN = "cubli_asteroid"
 
 
 def main() -> None:
     """Run the campaign, write the page, print what it took, and take the picture."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--runs", type=int, default=400)
-    parser.add_argument("--picture", type=Path)
-    parser.add_argument("--campaign", type=Path)
-    parser.add_argument("--shown", nargs="+", default=[f"{name}:{count}" for name, count in SHOWN.items()])
-    parser.add_argument("--metric", nargs="+", default=[])
-    parser.add_argument("--size", nargs=2, type=int, default=SIZE, help="[px]")
+    parser.add_argument("--pictures", type=Path)
     options = parser.parse_args()
-    wanted, choices = dict(one.split(":") for one in options.shown), Choices(metrics=tuple(options.metric))
     with tempfile.TemporaryDirectory() as folder:
-        if options.campaign:
-            campaign, numbers = Campaign.at(options.campaign), (0,)
-        else:
-            campaign, numbers = opening.run_here(load(SCENARIO), Path(folder) / "study", options.runs), (0, 100)
+        _of_a_bag(Path(folder), options.pictures)
+        campaign = opening.run_here(load(SCENARIO), Path(folder) / "study", options.runs)
         rows = []
-        for flights in numbers:
+        for flights in (0, 100):
             began = time.process_time()
-            title, subtitle, sections = campaign_page.page(campaign, choices, agree, flights)
+            title, subtitle, sections = campaign_page.page(campaign, Choices(), agree, flights)
             path = page.write(Path(folder) / "page.html", title, subtitle, sections)
             rows.append((flights, time.process_time() - began, path.stat().st_size / 1e6))
-        print(f"page of {campaign.manifest.rows} runs of {campaign.manifest.name}\n\n| runs flown again | CPU [s] | size [MB] |\n|---|---|---|")
+        print(f"page of {options.runs} runs of {SCENARIO}\n\n| runs flown again | CPU [s] | size [MB] |\n|---|---|---|")
         for row in rows:
             print(f"| {row[0]} | {row[1]:.1f} | {row[2]:.2f} |")
-        if options.picture:
+        if options.pictures:
             figures = {one.title: [part for part in one.parts if isinstance(part, page.Figure)] for one in sections}
-            shown = [page.Section(name, figures[name][:int(count)]) for name, count in wanted.items()]
-            photograph(page.write(Path(folder) / "shown.html", title, subtitle, shown), options.picture, options.size)
+            shown = [page.Section(name, figures[name][:count]) for name, count in SHOWN.items()]
+            path = page.write(Path(folder) / "shown.html", title, subtitle, shown)
+            photograph(path, options.pictures / "report.png", SIZE)
 
 
-def photograph(path: Path, picture: Path, size) -> None:
+def _of_a_bag(folder: Path, pictures: Path | None) -> None:
+    """The page of a run of 60 s."""
+    bag = runs.execute(load(RUN), out=folder / RUN).bag
+    began = time.process_time()
+    run = bag_page.read_run(bag, bag.name, agree)
+    path = page.write(folder / "bag.html", *bag_page.page([run]))
+    print(f"page of {RUN} (60 s): {time.process_time() - began:.1f} s of CPU, {path.stat().st_size / 1e6:.2f} MB")
+    with Browser(path) as browser:
+        browser.wait("document.querySelector('[data-drawn=yes]') !== null")
+        opened = browser.run("drawnAt")
+        print(f"first figures drawn {opened / 1000.0:.2f} s after the navigation began\n")
+        if pictures:
+            photograph(path, pictures / "bag_report.png", BAG_SIZE)
+
+
+def photograph(path: Path, picture: Path, size: tuple[int, int]) -> None:
     """Open a page in a browser without a screen, and write what it shows."""
-    browser = shutil.which("chromium") or shutil.which("google-chrome")
-    if browser is None:
-        raise SystemExit("the picture needs a browser: apt-get install chromium brings one")
-    subprocess.run([browser, "--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--no-first-run",
-                    f"--user-data-dir={path.parent / 'profile'}", "--host-resolver-rules=MAP * ~NOTFOUND",
-                    "--virtual-time-budget=30000", f"--window-size={size[0]},{size[1]}",
-                    f"--screenshot={picture.resolve()}", f"file://{path}"], check=True, capture_output=True)
-    Image.open(picture).convert("RGB").quantize(COLOURS).save(picture, optimize=True)
+    with Browser(path, size) as browser:
+        browser.wait("document.querySelector('[data-drawn=yes]') !== null")
+        browser.run("window.openSpaces && openSpaces()")
+        browser.run("new Promise(done => setTimeout(done, 3000))")
+        picture.write_bytes(b64decode(browser.say("Page.captureScreenshot")["data"]))
     print(picture)
 
 

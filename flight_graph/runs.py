@@ -2,11 +2,13 @@
 
 import os
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 from flight_graph.engines.choice import check_engine, pace_text, parse_pace
 from flight_graph.errors import FlightError, RunStopped
-from flight_graph.graphs import metrics
+from flight_graph.graphs import glossary, metrics
+from flight_graph.graphs.alarms import alarms
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.text_files import short
 
@@ -27,6 +29,9 @@ class Outcome:
     lost: int = 0
     domain: int | None = None
     notes: list = field(default_factory=list)  # what was done to processes
+    alarms: list = field(default_factory=list)  # sentences: what of the run makes wary
+    earlier: list = field(default_factory=list)  # bags from before the run was taken back, the oldest first
+    was_ended: bool = False  # by who controls it; there are no metrics then
 
 
 def new_folder(wanted: Path | None, scenario: Scenario, engine: str) -> Path:
@@ -51,10 +56,13 @@ def _check_folder(folder: Path) -> None:
 
 
 def execute(scenario: Scenario, engine: str = "compiled", pace: str = "lockstep", out: Path | None = None,
-            progress=None, compiling=None, check_bounds: bool = False, tell=None, begin=None) -> Outcome:
+            progress=None, compiling=None, check_bounds: bool = False, tell=None, begin=None,
+            controlled: bool = False, live=None) -> Outcome:
     """Run a scenario and record it into a new folder. Raises FlightError.
 
-    begin: a `flight_graph.recordings.beginning.Beginning`, where the run does not begin at t = 0.
+    begin: a `flight_graph.recordings.beginning.Beginning`, where the run does not begin at t = 0. controlled: of nodes that
+    wait for the services of the node ``simulation`` (docs/simulation_control.md). live: a
+    `flight_graph.viewers.rerun_stream.RerunStream` that shows the run while it runs; in process it flies at the pace then.
 
     progress(seconds simulated) is called now and then; compiling(components done, in all, names of those under way) while
     machine code is made; tell(sentence) of what a person should know before. check_bounds: an index beyond an array's end
@@ -62,20 +70,25 @@ def execute(scenario: Scenario, engine: str = "compiled", pace: str = "lockstep"
     """
     check_engine(scenario, engine)
     pace, factor = parse_pace(pace)
-    if engine != "ros" and pace != "lockstep":
+    if engine != "ros" and pace != "lockstep" and live is None:
         raise FlightError(f"--pace {pace_text(pace, factor)}: the {engine} engine runs as fast as it can; a pace is kept "
-                          "with --engine ros")
+                          "with --engine ros, or --live")
+    if controlled and engine != "ros":
+        raise FlightError(f"--control: the {engine} engine has no services; a run is controlled with --engine ros "
+                          "(flight step goes through one in process)")
     metrics.of(scenario)  # a name that is wrong is found before the flight
     folder = new_folder(out, scenario, engine)
     _prepare(folder.parent)
     if engine == "ros":
-        return _ros(scenario, folder, pace, factor, progress, compiling, check_bounds, tell, begin)
+        return _ros(scenario, folder, pace, factor, progress, compiling, check_bounds, tell, begin, controlled, live)
     from numba import config
 
     from flight_graph.engines.compiled import CompiledRun
     from flight_graph.recordings.recording import write_recording
     if (engine == "python") != bool(config.DISABLE_JIT):
         raise FlightError("the python engine needs NUMBA_DISABLE_JIT=1 in the environment, and no other engine may have it")
+    if live is not None:
+        return _live(scenario, folder, engine, factor, progress, compiling, check_bounds, begin, live)
     try:
         recording = CompiledRun(scenario, check_bounds).run(
             progress, compiling=compiling, begin=begin.checkpoint if begin else None, keeping=True)
@@ -83,7 +96,9 @@ def execute(scenario: Scenario, engine: str = "compiled", pace: str = "lockstep"
         write_recording(stop.recording, folder, engine, begin=begin)
         raise
     write_recording(recording, folder, engine, begin=begin)
-    return Outcome(folder, engine, "none", recording.wall_s, recording.compile_s, metrics.compute(scenario, recording))
+    found = metrics.compute(scenario, recording)
+    return Outcome(folder, engine, "none", recording.wall_s, recording.compile_s, found,
+                   alarms=alarms(glossary.of(scenario), found, scenario, recording))
 
 
 def _prepare(parent: Path) -> None:
@@ -122,12 +137,42 @@ def simulate(scenario: Scenario):
     return CompiledRun(scenario).run()
 
 
-def _ros(scenario, folder, pace, factor, progress, compiling, check_bounds, tell, begin):
+def _live(scenario, folder, engine, factor, progress, compiling, check_bounds, begin, stream):
+    """Fly at a pace, shown while it flies."""
+    import threading
+    import time
+
+    from flight_graph.viewers import live, opening
+    from flight_graph.viewers.flying import FlyingSource
+    if begin or check_bounds:
+        raise FlightError("--live: a run is shown from its start, and without --check-bounds; flight view shows its bag")
+    began = time.perf_counter()
+    source = FlyingSource(scenario, compiling)
+    compiled = time.perf_counter()
+    stream.begin(opening.series_of(scenario, source.units))
+    try:
+        live.show(source, stream, factor, threading.Event(), progress)
+    finally:
+        source.write(folder, engine)
+    stream.flush()
+    if source.stop:
+        raise source.stop
+    return Outcome(folder, engine, pace_text("realtime", factor), time.perf_counter() - compiled, compiled - began,
+                   metrics.compute(scenario, source.recording()))
+
+
+def _ros(scenario, folder, pace, factor, progress, compiling, check_bounds, tell, begin, controlled, live):
     from flight_graph.bags.reader import read_bag
     from flight_graph.recordings.recording import BagSignals
     from flight_graph.ros import launcher
-    result = launcher.run(scenario, folder, pace, factor, progress, compiling, check_bounds, tell, begin)
-    signals = BagSignals(read_bag(folder), scenario)
-    return Outcome(folder, "ros", pace_text(pace, factor), result.wall_s, 0.0,
-                   metrics.compute(scenario, signals), result.statistics, int(result.outcome.get("lost", 0)),
-                   result.domain, result.notes)
+    around = None
+    if live is not None:
+        from flight_graph.ros.listening import shown
+        around = partial(shown, scenario, live)
+    result = launcher.run(
+        scenario, folder, pace, factor, progress, compiling, check_bounds, tell, begin, controlled, around)
+    signals = BagSignals(read_bag(result.bag), scenario)
+    found = {} if result.was_ended else metrics.compute(scenario, signals)
+    return Outcome(result.bag, "ros", pace_text(pace, factor), result.wall_s, 0.0, found, result.statistics,
+                   int(result.outcome.get("lost", 0)), result.domain, result.notes,
+                   alarms(glossary.of(scenario), found, scenario, signals), result.earlier, result.was_ended)

@@ -2,8 +2,9 @@
 
 Frames. ``cubli_base``: body frame, origin at the cube's centre, axes along the wheel axes. ``cubli_balance``: the paper's
 inertial frame, equal to the body frame when the rover balances on its corner (up is [1, 1, 1] / sqrt(3) there on level
-ground), its origin at the corner. ``imu_link``: the inertial unit, in the body frame's place. ``site``: local east, north,
-up (REP 103), origin at the corner.
+ground), its origin at the corner. ``imu_link``: the inertial unit, in the body frame's place (REP 145). ``cubli_wheel_x``
+and so on: the wheels, in the body's axes when they have not turned. ``site``: local east, north, up (REP 103), origin at
+the corner; it is where ``map`` is.
 """
 
 from msg_schemas import modes
@@ -15,6 +16,7 @@ BALANCE = "cubli_balance"
 SITE = "site"
 IMU_LINK = "imu_link"
 WHEELS = ["wheel_x", "wheel_y", "wheel_z"]
+WHEEL_LINKS = [f"cubli_{wheel}" for wheel in WHEELS]
 
 TRUTH = named_vector("cubli/truth", BASE, {
     "angles": Quantity(3, "rad", "Cardan 1-2-3 angles, eq. (1)"),
@@ -25,6 +27,12 @@ TRUTH = named_vector("cubli/truth", BASE, {
     "disturbance": Quantity(3, "rad/s^2", "disturbing angular acceleration now, eq. (42)"),
     "gravity": Quantity(3, "m/s^2", "in the body frame"),
 }, Role.TRUTH, doc="true state of the rover")
+TRUTH_FRAMES = named_vector("cubli/truth/frames", SITE, {
+    "position": Quantity(3, "m", "of the cube's centre, in the site"),
+    "attitude": Quantity(4, "1", "quaternion x, y, z, w, body to site", quaternion=True),
+    "wheel_angle": Quantity(3, "rad", "of each wheel about its axis since the start, relative to the body"),
+    "wheel_speed": Quantity(3, "rad/s", "relative to the body"),
+}, Role.TRUTH, doc="where the frames that move stand, for viewers")
 TRUTH_CONTACT = named_vector("cubli/truth/contact", SITE, {
     "phase": Quantity(None, "1", "0 standing on the corner, 1 flight, 2 ended (the state is frozen)"),
     "sliding": Quantity(None, "1", "1 while the corner slides"),

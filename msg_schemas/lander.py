@@ -2,7 +2,8 @@
 
 Frames. ``asteroid`` (A): fixed in the small body, origin at its centre, spinning about z. ``landing_site`` (D): fixed
 in A, origin at the goal, z along the outward normal, x east. ``base_link`` (B): the spacecraft, origin at its centre
-of mass; the site camera looks along -z. ``site_inertial``: not rotating, equal to D at the epoch of the run. An
+of mass; the site camera looks along -z. ``site_camera_optical``: the camera, z along its view (REP 103).
+``site_inertial``: not rotating, equal to D at the epoch of the run. An
 odometry is that of D, with the twist in B: linear = R^T d(r^D)/dt, angular = w_BD, the motor of Nonlinear Dynamics
 100, 2427-2448 (2020). A mark on the ground lies below the goal, on the site's normal: camera and altimeter look at
 it.
@@ -15,6 +16,7 @@ ASTEROID = "asteroid"
 SITE = "landing_site"
 BASE = "base_link"
 INERTIAL = "site_inertial"
+CAMERA = "site_camera_optical"
 _ODOMETRY = {"header.frame_id": SITE, "child_frame_id": BASE}
 
 ODOMETRY = Signal("lander/odom", "nav_msgs/msg/Odometry", Role.ESTIMATE, _ODOMETRY,

@@ -11,6 +11,7 @@ from enum import Enum
 WINDOW = 500  # [ticks] how far the clock master may run ahead of any node in lockstep
 
 WINDOW_LIVE = 50  # [ticks] where faults may be injected: they begin some windows later
+WINDOW_FOREIGN = 8  # [ticks] where a foreign node that the clock does not wait for may read with a depth of 10
 
 
 @dataclass(frozen=True)

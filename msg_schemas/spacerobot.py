@@ -34,7 +34,7 @@ class Topics:
     star_tracker: Signal
     joint_state: Signal
     base_torque: Signal
-    wheel_state: Signal
+    wheel_momentum: Signal
     odometry: Signal
     joint_estimate: Signal
     accelerations: Signal
@@ -115,6 +115,7 @@ def topics(joint_names: list[str], body_names: list[str], prefix: str = "spacero
             "parents": Quantity(n, "1", "number of the body that carries each link; 0: the base"),
             "offsets": Quantity(3 * n, "m", "origin of each link in its parent's axes"),
             "rotations": Quantity(4 * n, "1", "quaternion x, y, z, w of each link, to its parent's axes"),
+            "joints": Quantity(n, "rad", "angles"),
         }, Role.TRUTH, "where base and links stand, for viewers"),
         imu=Signal(f"{prefix}/imu", "sensor_msgs/msg/Imu", Role.SENSOR, {"header.frame_id": BASE},
                    doc="gyro and accelerometer at the base's origin; orientation is unknown (covariance -1)"),
@@ -125,7 +126,7 @@ def topics(joint_names: list[str], body_names: list[str], prefix: str = "spacero
                            may_be_nonfinite=("effort",)),
         base_torque=Signal(f"{prefix}/base_torque", "geometry_msgs/msg/WrenchStamped", Role.SENSOR,
                            {"header.frame_id": BASE}, doc="measured torque on the base over the last interval"),
-        wheel_state=vector("wheel_state", {
+        wheel_momentum=vector("wheel_momentum", {
             "momentum": Quantity(3, "N m s", "of the wheels, base axes"),
             "limited": Quantity(None, "1", "wheels at their torque or momentum limit"),
         }, Role.SENSOR, "reaction wheels; zero with an ideal actuator"),

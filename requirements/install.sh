@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
 # Fills .venv with the pinned, hash-checked packages of requirements/; `make setup` calls it.
 # usage: requirements/install.sh [python]     (ROS=none in the environment leaves ROS 2 out)
-#        requirements/install.sh --tests      adds the packages of the tests to it (PINOCCHIO=none leaves Pinocchio out)
+#        requirements/install.sh --tests      adds the packages of the tests to it (PINOCCHIO=none leaves Pinocchio out,
+#                                             RERUN=none the viewer Rerun)
+#        requirements/install.sh --viewers    adds the packages of flight view and flight serve to it
 set -euo pipefail
 cd "$(dirname "$0")/.."
 venv=.venv
@@ -28,14 +30,25 @@ if [ "${ROS_DISTRO:-jazzy}" != jazzy ]; then
 fi
 
 pip() { $bin/python -m pip --disable-pip-version-check "$@"; }
+locked() { pip install --quiet --require-hashes --only-binary :all: -r "$1"; }
+if [ "${1:-}" = --viewers ]; then
+    locked "requirements/python$(version_of $bin/python)-view.txt"
+    echo "setup: packages of flight view and flight serve"
+    exit
+fi
 if [ "${1:-}" = --tests ]; then
     lock=requirements/python$(version_of $bin/python)
-    pip install --quiet --require-hashes --only-binary :all: -r "$lock-test.txt"
+    locked "$lock-test.txt"
     if [ "${PINOCCHIO:-}" = none ]; then
         echo "setup: packages of the tests, without Pinocchio: what it judges is skipped"
     else
-        pip install --quiet --require-hashes --only-binary :all: -r "$lock-pinocchio.txt"
+        locked "$lock-pinocchio.txt"
         echo "setup: packages of the tests"
+    fi
+    if [ "${RERUN:-}" = none ]; then
+        echo "setup: without Rerun: what it reads back is skipped"
+    else
+        locked "$lock-view.txt"
     fi
     exit
 fi

@@ -15,11 +15,13 @@ EXECUTABLES = {
     "lander_site_camera": "sim_nodes.lander.sensors:SiteCamera",
     "lander_star_tracker": "sim_nodes.lander.sensors:StarTracker",
     "recorder": "flight_graph.ros.recorder_node:main",
+    "simulation": "flight_graph.ros.simulation_node:main",
     "spacerobot_imu": "sim_nodes.spacerobot.sensors:SpaceRobotImu",
     "spacerobot_joint_sensors": "sim_nodes.spacerobot.sensors:SpaceRobotJointSensors",
     "spacerobot_perfect_state": "sim_nodes.spacerobot.sensors:SpaceRobotPerfectState",
     "spacerobot_plant": "sim_nodes.spacerobot.plant:SpaceRobotPlant",
     "spacerobot_prediction": "sim_nodes.spacerobot.prediction:SpaceRobotPrediction",
     "spacerobot_star_tracker": "sim_nodes.spacerobot.sensors:SpaceRobotStarTracker",
+    "stand_in": "flight_graph.ros.stand_in:main",
     "scenario": "flight_graph.cli.scenario_program:main",
 }

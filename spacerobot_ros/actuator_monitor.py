@@ -108,7 +108,7 @@ def monitor(topics: spacerobot.Topics) -> type[Component]:
         inputs = {"odometry": topics.odometry, "joints": topics.joint_estimate, "accelerations": topics.accelerations,
                   "torque": topics.torque_estimate, "parameters": topics.parameters,
                   "base_command": topics.safe_base_command, "joint_command": topics.safe_joint_command,
-                  "wheels": topics.wheel_state, "estimate": topics.state_status}
+                  "wheels": topics.wheel_momentum, "estimate": topics.state_status}
         optional_inputs = ("parameters", "wheels", "estimate")
         outputs = {"status": topics.actuator_status}
         rate_hz = 50.0

@@ -146,7 +146,7 @@ def monitor(topics: spacerobot.Topics) -> type[Component]:
         parameters, state = monitor_parameters(topics.joints), monitor_state(topics.joints)
         inputs = {"odometry": topics.odometry, "joints": topics.joint_estimate, "accelerations": topics.accelerations,
                   "torque": topics.torque_estimate, "parameters": topics.parameters, "control": topics.control,
-                  "wheels": topics.wheel_state}
+                  "wheels": topics.wheel_momentum}
         optional_inputs = ("parameters", "wheels")
         outputs = {"status": topics.monitor, "health": topics.health}
         output_rate_hz = {"health": 1.0}

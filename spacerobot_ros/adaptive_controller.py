@@ -89,7 +89,7 @@ def controller(topics: spacerobot.Topics) -> type[Component]:
 
         parameters = controller_parameters(topics.joints)
         inputs = {"reference": topics.reference, "odometry": topics.odometry, "joints": topics.joint_estimate,
-                  "accelerations": topics.accelerations, "parameters": topics.parameters, "wheels": topics.wheel_state}
+                  "accelerations": topics.accelerations, "parameters": topics.parameters, "wheels": topics.wheel_momentum}
         optional_inputs = ("accelerations", "parameters", "wheels")
         outputs = {"joint_command": topics.joint_command, "base_command": topics.base_command,
                    "control": topics.control}

@@ -44,7 +44,7 @@ def export(use: str, folder: Path, target: str = machine_code.HOST, run: Recorde
     fired = example.firings(run, node) if run else None
     needs = sorted({one for part in parts.values() for one in part.needs})
     libm = bool({"floor", "ceil"} & set(needs))
-    content = {f"{name}.h": header.header(component, use, name, period, parts),
+    content = {f"{name}.h": header.header(component, use, name, period, parts, machine_code.address_bits(target)),
                f"{name}_data.c": header.data(component, name, parameters, component.initial_state(values)),
                "main.c": example.main_c(component, use, name, libm)}
     if target == TEXT:

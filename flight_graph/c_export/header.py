@@ -9,7 +9,7 @@ from flight_graph.engines.schedule import stamp_offset
 
 _C = {"f8": "double", "f4": "float", "i8": "int64_t", "i4": "int32_t", "u4": "uint32_t", "u8": "uint64_t", "i2": "int16_t",
       "u2": "uint16_t", "i1": "int8_t", "u1": "uint8_t", "b1": "uint8_t"}
-_CONVENTIONS = """ * Little-endian processors of 64 bits. Nothing here allocates, keeps global state or calls the operating
+_CONVENTIONS = """ * Little-endian processors of {bits} bits. Nothing here allocates, keeps global state or calls the operating
  * system. t_ns counts from the start of the run, in steps of {macro}_PERIOD_NS. Before each call of kernel or output,
  * stamp the outputs ({name}_stamp). Inputs that have not come are blank ({name}_blank_<input>). state.fault != 0: the
  * component has stopped."""
@@ -18,7 +18,7 @@ _CONVENTIONS = """ * Little-endian processors of 64 bits. Nothing here allocates
 def struct(dtype: np.dtype, name: str) -> str:
     """A packed C struct with the layout of a record; gaps (padding, constant parts of a message) are bytes."""
     return "\n".join([f"struct {name} {{", *_body(dtype, "  "), "} __attribute__((packed, aligned(8)));",
-                      f'_Static_assert(sizeof(struct {name}) == {-(-dtype.itemsize // 8) * 8}, "{name}");', ""])
+                      f'static_assert(sizeof(struct {name}) == {-(-dtype.itemsize // 8) * 8}, "{name}");', ""])
 
 
 def _body(dtype, indent):
@@ -39,12 +39,12 @@ def _body(dtype, indent):
     return lines
 
 
-def header(component: type[Component], use: str, name: str, period_ns: int, parts: dict[str, Part]) -> str:
-    """The header of a component."""
+def header(component: type[Component], use: str, name: str, period_ns: int, parts: dict[str, Part], bits: int = 64) -> str:
+    """The header of a component, for C11 and C++11. bits: of the processor's addresses."""
     macro, signals = name.upper(), {**component.inputs, **component.outputs}
-    lines = [f"/* {use}: {component.summary()}", " *", _CONVENTIONS.format(macro=macro, name=name),
-             " * Generated; do not edit. */", f"#ifndef {macro}_H", f"#define {macro}_H", "#include <stdint.h>",
-             "#include <string.h>", "",
+    lines = [f"/* {use}: {component.summary()}", " *", _CONVENTIONS.format(macro=macro, name=name, bits=bits),
+             " * Generated; do not edit. */", f"#ifndef {macro}_H", f"#define {macro}_H", "#include <assert.h>",
+             "#include <stdint.h>", "#include <string.h>", "#ifdef __cplusplus", 'extern "C" {', "#endif", "",
              f"#define {macro}_PERIOD_NS INT64_C({period_ns})", ""]
     lines += [struct(component.parameters.dtype, f"{name}_parameters"),
               struct(component.state.dtype, f"{name}_state")]
@@ -68,7 +68,7 @@ def header(component: type[Component], use: str, name: str, period_ns: int, part
               "  int32_t sec = (int32_t)(stamp_ns / 1000000000);",
               "  uint32_t nanosec = (uint32_t)(stamp_ns % 1000000000);",
               "  memcpy((char *)record + at, &sec, 4);", "  memcpy((char *)record + at + 4, &nanosec, 4);", "}",
-              "#endif", ""]
+              "#ifdef __cplusplus", "}", "#endif", "#endif", ""]
     return "\n".join(lines)
 
 

@@ -9,28 +9,37 @@ from dataclasses import dataclass
 
 import llvmlite.binding as llvm
 
+from flight_graph.c_export import elf
 from flight_graph.components import kernel_rules
 from flight_graph.components.component import Component
 from flight_graph.engines import object_code, part_calls
 from flight_graph.engines.compile_errors import translated
 from flight_graph.engines.stops import RAISED
-from flight_graph.errors import unknown
+from flight_graph.errors import FlightError, unknown
 
 
 @dataclass(frozen=True)
 class Target:
-    """A processor. triple, cpu, features, abi: as LLVM names them."""
+    """A processor. triple, cpu, features, abi: as LLVM names them; address_bits: of its addresses."""
 
     triple: str
     cpu: str = ""
     features: str = ""
     abi: str = ""
+    address_bits: int = 64
 
 
 HOST, TEXT = "host", "ir"
 TARGETS = {HOST: None, "x86_64": Target("x86_64-unknown-linux-gnu", "x86-64"),
            "aarch64": Target("aarch64-unknown-linux-gnu"),
-           "riscv64": Target("riscv64-unknown-linux-gnu", "generic-rv64", "+m,+a,+f,+d,+c", "lp64d"), TEXT: None}
+           "riscv64": Target("riscv64-unknown-linux-gnu", "generic-rv64", "+m,+a,+f,+d,+c", "lp64d"),
+           # doubles in the VFP, which rounds each operation; no NEON, which would flush small floats to zero
+           "armv7": Target("armv7a-unknown-linux-gnueabihf", "generic", "+vfp3d16,-vfp4d16,-neon,-d32", "", 32), TEXT: None}
+
+
+_GOT = "_GLOBAL_OFFSET_TABLE_"  # of the linker
+_ADDRESS_IN_MEMORY = re.compile(r"^.*(?: = alloca [^,\n]*\bptr\b|store ptr |ptrtoint|(?:global|constant) [^\n]*\bptr\b).*$",
+                                re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -44,7 +53,14 @@ class Part:
     @property
     def needs(self) -> list[str]:
         """What it calls outside of itself."""
+        if elf.is_elf(self.code):
+            return [name for name in elf.undefined(self.code) if name != _GOT]
         return sorted(name for name in object_code.MAY_CALL if b"\0" + name.encode() + b"\0" in self.code)
+
+
+def address_bits(target: str) -> int:
+    """Size of the addresses of a target."""
+    return TARGETS[target].address_bits if TARGETS[target] else 64
 
 
 def parts(component: type[Component], prefix: str, target: str) -> dict[str, Part]:
@@ -70,11 +86,11 @@ def _part(component, part, symbol, target):
     def optimised(module, machine):
         texts.append(str(made := object_code.optimise(module, machine)))
         return made
-    code, errors = object_code.part_code(kernel, arguments, count, symbol, fault, optimised)
+    code, errors = object_code.part_code(kernel, arguments, count, symbol, fault, optimised, address_bits(target))
     if target == HOST:
         return code, errors
     text = _for_any_processor(texts[0])
-    return (text.encode() if target == TEXT else _emit(text, TARGETS[target])), errors
+    return (text.encode() if target == TEXT else _emit(text, TARGETS[target], component, part)), errors
 
 
 def _for_any_processor(text: str) -> str:
@@ -83,7 +99,16 @@ def _for_any_processor(text: str) -> str:
     return re.sub(r'"target-(cpu|features)"="[^"]*"', "", text)
 
 
-def _emit(text: str, target: Target) -> bytes:
+def _emit(text: str, target: Target, component, part) -> bytes:
+    if target.address_bits != 64 and (line := _ADDRESS_IN_MEMORY.search(text)):
+        raise FlightError(f"{component.__name__}.{part}: it keeps an address of 64 bits ({line[0].strip()[:80]}), so there is "
+                          f"no code of it for {target.triple}")
+    module, machine = for_target(text, target)
+    return machine.emit_object(module)
+
+
+def for_target(text: str, target: Target):
+    """Intermediate code as a module of a target, and LLVM's machine of it."""
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
     machine = llvm.Target.from_triple(target.triple).create_target_machine(
@@ -91,4 +116,4 @@ def _emit(text: str, target: Target) -> bytes:
     module = llvm.parse_assembly(text)
     module.triple, module.data_layout = target.triple, str(machine.target_data)
     module.verify()
-    return machine.emit_object(module)
+    return module, machine

@@ -1,7 +1,8 @@
 """The cases of a scenario with a ``vary`` block, one after the other or several at a time, in one thread.
 
-What cases share is made once: graph, machine codes, memory, tables. A run logs only the topics that its metrics have asked
-for so far; where a case asks for another one, that case is run again with it. Neither changes a bit of a row.
+What cases share is made once: graph, machine codes, memory, tables. Measures are taken while a run flies. A run logs only
+the topics that its metrics have asked for so far; where a case asks for another one, that case is run again with it. None
+of this changes a bit of a row.
 """
 
 import itertools
@@ -10,6 +11,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from flight_graph.campaigns.rows import Row
+from flight_graph.components import names
 from flight_graph.engines.compiled import LONGEST_CHUNK, Flight
 from flight_graph.engines.prepared import PreparedRun
 from flight_graph.errors import FlightError
@@ -79,15 +81,16 @@ class Cases:
         self.scenario, self.vary, self.batch = scenario, scenario.vary, batch
         self._variation, self._keys = Variation(scenario), scenario.vary.keys()
         self._prepared = {}  # structure -> PreparedRun
-        self._asked = None  # topics that metrics read, once a run has shown it
-        metrics.of(scenario)  # a name that is wrong is found before the flight
+        self._asked = None if scenario.file.metrics else set()  # topics that metrics read; None: a run is to show it
+        self._is_first = True
+        metrics.check(scenario)  # a name that is wrong is found before the flight
 
     @property
     def units(self) -> dict[str, str]:
         """Units of metrics and of what is varied, by name, where they are declared."""
         found = {entry.name: entry.unit for entry in glossary.of(self.scenario).metrics.values()}
         for key in self._keys:
-            name, _, parameter = key.partition(".")
+            name, parameter = names.split(key, self.scenario.graph.nodes)
             node = self.scenario.graph.nodes.get(name)
             if parameter == "rate_hz":
                 found[key] = "Hz"
@@ -103,10 +106,10 @@ class Cases:
         values: what each of them varies, by key, where it is not what the block says.
         """
         wanted, found = list(zip(numbers, itertools.repeat(None) if values is None else values)), []
-        width = self.batch.width if self._asked is not None else 1
+        width = 1 if self._is_first else self.batch.width
         while wanted:
             found += self._together(wanted[:width], watch)
-            wanted, width = wanted[width:], self.batch.width
+            wanted, width, self._is_first = wanted[width:], self.batch.width, False
         return found
 
     def row(self, number: int, watch: Callable | None = None) -> Row:
@@ -155,7 +158,7 @@ class Cases:
         asked = set(self._asked or ())
         try:
             topics = {scenario.graph.signal(*output).topic for output in scenario.recorded()}
-            found = metrics.compute(scenario, Logged(flight, topics, asked), finite=False)
+            found = metrics.compute(scenario, Logged(flight, topics, asked), False, flight.reduced())
             row.metrics = {name: math.nan if value != value else value for name, value in found.items()}
         except _NotLogged:
             return False
@@ -181,9 +184,10 @@ class Cases:
 
 def _value(scenario, key):
     """The value that a key has in a scenario; a vector of equal numbers as one number."""
-    name, _, parameter = key.partition(".")
+    scenario, path = scenario.reach(key)
+    name, _, parameter = path.partition(".")
     if not parameter:
-        return getattr(scenario.file, key)
+        return getattr(scenario.file, path)
     if name == REPORT:
         return fault_file.value(scenario.file.faults, parameter)
     node = scenario.graph.nodes[name]

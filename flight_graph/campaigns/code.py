@@ -9,15 +9,15 @@ import importlib.util
 from functools import cache
 from pathlib import Path
 
-from flight_graph.components import registry
+from flight_graph.components import names, registry
 from flight_graph.components.foreign import FUNCTIONS
 from flight_graph.engines.part_calls import parts, records
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.graphs.vary import Vary
 from flight_math.kernel import fingerprint, library
 
-_LOOP = ("flight_graph.engines.driver", "flight_graph.engines.effects", "flight_graph.engines.condition_steps",
-         "flight_graph.engines.addresses")
+_LOOP = tuple(f"flight_graph.engines.{name}" for name in (
+    "driver", "effects", "reductions", "condition_steps", "addresses"))
 _DRAWS = tuple(f"flight_graph.sampling.{name}" for name in (
     "combinations", "correlated", "distributions", "normal", "plan", "sampler", "sources"))
 _SCORES = "flight_graph.graphs.fault_scores"
@@ -31,9 +31,8 @@ def fingerprints(scenario: Scenario) -> dict[str, str]:
     found = {"driver": _files(_LOOP), "mathematics": library(), "draws": _files(_DRAWS)}
     for name, node in scenario.graph.nodes.items():
         found |= {f"{name}.{part}": _part(node.component, part) for part in parts(node.component)}
-    if scenario.file.metrics:
-        found["metrics"] = _function(scenario.file.metrics, scenario.folder)
-    if scenario.measures:
+    found |= _metrics(scenario, "")
+    if scenario.has_measures:
         found["measures"] = _files(("flight_graph.graphs.measures",))
     if scenario.faults:
         found["fault scores"] = _files((_SCORES,))
@@ -43,6 +42,16 @@ def fingerprints(scenario: Scenario) -> dict[str, str]:
     for use in sorted(_varied_uses(vary)):
         component = registry.component(registry.absolute(use, scenario.folder))
         found |= {f"{use}.{part}": _part(component, part) for part in parts(component)}
+    return found
+
+
+def _metrics(scenario, vehicle) -> dict[str, str]:
+    """Of the metrics functions of a scenario and its vehicles."""
+    found = {}
+    if scenario.file.metrics:
+        found[names.joined(vehicle, "metrics")] = _function(scenario.file.metrics, scenario.folder)
+    for name, inside in scenario.vehicles.items():
+        found |= _metrics(inside, names.joined(vehicle, name))
     return found
 
 

@@ -12,6 +12,7 @@ import threading
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 
+from flight_graph.campaigns.cases import Batch
 from flight_graph.campaigns.chunk import decode
 from flight_graph.campaigns.manifest import Manifest
 from flight_graph.campaigns.run import ChunkRunner
@@ -33,10 +34,10 @@ class Lost(Exception):
 
 
 class Threads:
-    """Threads of this process: the machine code of a run does not hold the interpreter."""
+    """Threads of this process: the machine code of a run does not hold the interpreter. batch: as of `ChunkRunner`."""
 
-    def __init__(self, manifest: Manifest, scenario: Scenario, width: int):
-        self.width, self._manifest, self._scenario = width, manifest, scenario
+    def __init__(self, manifest: Manifest, scenario: Scenario, width: int, batch: Batch | None = None):
+        self.width, self._manifest, self._scenario, self._batch = width, manifest, scenario, batch
         self._stop, self._local, self._reports = threading.Event(), threading.local(), []
         self._pool = ThreadPoolExecutor(width, "chunk")
 
@@ -46,7 +47,7 @@ class Threads:
 
     def _part(self, chunk, earlier):
         if not hasattr(self._local, "runner"):
-            self._local.runner = ChunkRunner(self._manifest, self._scenario)
+            self._local.runner = ChunkRunner(self._manifest, self._scenario, batch=self._batch)
             self._reports.append(self._local.runner.together.report)
         return self._local.runner.part(chunk, self._watch, _table(earlier))
 

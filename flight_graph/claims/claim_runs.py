@@ -43,11 +43,6 @@ class RunEntry(BaseModel):
             raise ValueError("a run has either case or cases")
         return self
 
-    @property
-    def is_plain(self) -> bool:
-        """Whether it is the scenario as it stands."""
-        return not self.set and self.case is None and self.cases is None
-
     def scenarios(self, consent: Consent = agree) -> dict[str, Scenario]:
         """The scenarios to run, by the label of the case ('' for a single run). Raises FlightError.
 

@@ -9,6 +9,7 @@ from flight_graph.claims.claim_runs import run_all
 from flight_graph.claims.claims_file import DEPENDS, FAILS, HOLDS, Claim, ClaimsFile, read
 from flight_graph.errors import FlightError, unknown
 from flight_graph.graphs import metrics
+from flight_graph.recordings.what_ran import same
 
 ESTIMATED = "with estimated state"
 
@@ -64,10 +65,12 @@ def chosen(content: ClaimsFile, only: list[str] | None, paper: str) -> list[Clai
     return [claim for claim in content.claims if not only or claim.id in only]
 
 
-def judge_run(paper: str, scenario: str, found: dict) -> list[Row]:
-    """The rows that one run of an unchanged scenario can judge, from its metrics ``found``."""
+def judge_run(paper: str, scenario: str, found: dict, given: dict | None = None, case: str | None = None) -> list[Row]:
+    """The rows that one run can judge, from its metrics ``found``. given: what was set in the scenario; case: the name of
+    its case; rows whose run has neither, or exactly these, are judged."""
     content = read(paper)
-    results = {name: found for name, entry in content.runs.items() if entry.scenario == scenario and entry.is_plain}
+    results = {name: found for name, entry in content.runs.items() if entry.scenario == scenario and entry.cases is None
+               and entry.case == case and same(entry.set, given or {})}
     parts = [_part(claim, set(results)) for claim in content.claims]
     return [row(claim, results) for claim in parts if claim is not None]
 

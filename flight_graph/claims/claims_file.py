@@ -50,6 +50,7 @@ VERDICTS = (HOLDS, FAILS, DEPENDS)
 Verdict = Literal[VERDICTS]
 PAPER, IMPLIED, OURS = "paper", "implied", "ours"
 STATEMENTS = (PAPER, IMPLIED, OURS)
+SAID = {PAPER: "of the paper, quoted", IMPLIED: "implied by the paper", OURS: "ours"}  # whose a statement is, for people
 
 
 class _Strict(BaseModel):

@@ -85,6 +85,7 @@ def changed_arguments(claim: Claim, share: float = 1.0) -> dict:
 
 def value_at(scenario: Scenario, path: str):
     """The value of what ``set`` names: ``node.parameter``, ``node.rate_hz``, or a key of the scenario."""
+    scenario, path = scenario.reach(path)
     data = scenario.resolved()
     node, _, name = path.partition(".")
     if not name:

@@ -14,12 +14,16 @@ from flight_graph.cli import (
     fault,
     identify,
     layout,
+    plot,
     rare,
     replay,
     report,
     scenarios,
+    serve,
     step,
     sweep,
+    urdf,
+    view,
 )
 
 app = typer.Typer(
@@ -28,12 +32,16 @@ app = typer.Typer(
          "Example: [bold]flight run cubli_asteroid[/bold]")
 scenarios.register(app)
 step.register(app)
+view.register(app)
+serve.register(app)
 layout.register(app)
+urdf.register(app)
 check.register(app)
 compile.register(app)
 fault.register(app)
 sweep.register(app)
 report.register(app)
+plot.register(app)
 bags.register(app)
 replay.register(app)
 rare.register(app)

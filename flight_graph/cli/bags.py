@@ -1,4 +1,4 @@
-"""flight info, plot, recover, diff, export: looking at a bag, saving it, comparing it, taking it elsewhere."""
+"""flight info, recover, diff, export: looking at a bag, saving it, comparing it, taking it elsewhere."""
 
 import json
 import sys
@@ -9,8 +9,8 @@ from typing import Annotated
 import typer
 
 from flight_graph.cli.show import add, console, number, status, working
-from flight_graph.cli.trust import Trust, asked
 from flight_graph.errors import FlightError, unknown
+from flight_graph.plots.names import beside
 from flight_graph.text_files import printable
 
 BagPath = Annotated[Path, typer.Argument(help="A bag: its folder, or an .mcap or .db3 file.")]
@@ -22,7 +22,6 @@ _HIDDEN = ("rosbag2", "units")  # metadata records for programs
 
 def register(app: typer.Typer) -> None:
     app.command(epilog="Example: flight info runs/cubli_asteroid-ros-1")(info)
-    app.command(epilog="Example: flight plot runs/cubli_asteroid-ros-1 --out balance.png")(plot)
     app.command(epilog="Example: flight recover runs/cubli_asteroid-ros-1 --out saved")(recover)
     app.command(epilog="Example: flight diff runs/cubli_asteroid-ros-1 runs/cubli_asteroid-compiled-1")(diff)
     app.command(epilog="Example: flight export runs/cubli_asteroid-ros-1 --to npz --topics /cubli/imu,/cubli/truth")(
@@ -117,28 +116,6 @@ def _mean_rate(stamps):
     return (len(stamps) - 1) / seconds if seconds else None
 
 
-def plot(
-    bag: BagPath,
-    out: Annotated[Path | None, typer.Option(help="The PNG to write; beside the bag when left out.")] = None,
-    trust: Trust = False,
-) -> None:
-    """Draw a run's overview figure from its bag."""
-    from flight_graph.recordings.recording import open_run
-    _, scenario, signals = open_run(bag, asked(trust), with_figure=True)
-    print(draw_overview(scenario, signals, out or _no_link(bag.with_name(bag.stem + ".png"))))
-
-
-def draw_overview(scenario, signals, path: Path) -> Path:
-    """The figure that the scenario names. Raises FlightError when it names none."""
-    from flight_graph.graphs.metrics import figure, told
-    draw = figure(scenario)
-    try:
-        with told(f"{scenario.origin}: figure: '{scenario.file.figure}'"):
-            return draw(scenario, signals, path)
-    except OSError as error:
-        raise FlightError(f"'{path}' cannot be written: {(error.strerror or str(error)).lower()}") from None
-
-
 def recover(
     bag: BagPath,
     out: Annotated[Path | None, typer.Option(help="Folder of the new bag; BAG_recovered when left out.")] = None,
@@ -149,7 +126,7 @@ def recover(
     The damaged bag stays as it is.
     """
     from flight_graph.bags.recover import recover as save
-    folder = out or _beside(bag, "_recovered")
+    folder = out or beside(bag, "_recovered")
     with working(f"recovering {bag}", not as_json):
         report = save(bag, folder)
     if as_json:
@@ -208,7 +185,7 @@ def export(
     from flight_graph.bags.reader import read_bag
     with working(f"writing {to} tables of {bag}", not as_json):
         content = read_bag(bag)
-        done = write(content, out or _beside(bag, "_tables"), to, topic_names(topics, content))
+        done = write(content, out or beside(bag, "_tables"), to, topic_names(topics, content))
     tell_unchecked(content)
     if as_json:
         print(json.dumps({"bag": str(bag), "format": to, "files": [str(path) for path in done.paths],
@@ -220,15 +197,3 @@ def export(
             status(f"not exported: {sentence}")
     if done.problems:
         raise typer.Exit(1)
-
-
-def _beside(bag: Path, ending: str) -> Path:
-    name = bag.name.removesuffix(".zstd").removesuffix(".mcap") or bag.resolve().name
-    return _no_link(bag.parent / f"{name}{ending}")
-
-
-def _no_link(path: Path) -> Path:
-    """A place beside a bag, which whoever made the bag may have made as well."""
-    if path.is_symlink():
-        raise FlightError(f"'{path}' is a link to another place; name where to write with --out")
-    return path

@@ -13,7 +13,6 @@ from flight_graph.graphs.papers import papers
 from flight_graph.text_files import decoded, read_bytes
 
 SHOWN_VALUES = 8  # in a cell
-SAID = {"paper": "of the paper, quoted", "implied": "implied by the paper", "ours": "ours"}
 
 
 def register(app: typer.Typer) -> None:
@@ -154,7 +153,7 @@ def counts(rows):
 
     from rich.table import Table
 
-    from flight_graph.claims.claims_file import STATEMENTS, VERDICTS
+    from flight_graph.claims.claims_file import SAID, STATEMENTS, VERDICTS
     found = Counter((row.claim.statement, row.verdict) for row in rows)
     shown = Table("statement", *VERDICTS)
     for statement in STATEMENTS:

@@ -31,9 +31,10 @@ def compile_(
     """
     from flight_graph.engines import compilation
     from flight_graph.graphs import scenario as scenarios
+    from flight_graph.graphs.source import available
     if not names and not everything:
         raise FlightError("flight compile: name scenarios, or write --all")
-    wanted = [*(names or []), *(scenarios.available() if everything else ())]
+    wanted = [*(names or []), *(available() if everything else ())]
     consent = asked(trust)
     graphs = [scenarios.load(name, consent=consent).graph for name in dict.fromkeys(wanted)]
     components = {node.use: node.component for graph in graphs for node in graph.nodes.values()}

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from flight_graph.cli.show import RunProgress, console, metrics_table, status
+from flight_graph.cli.show import RunProgress, console, metrics_table, next_command, status, warn_of
 from flight_graph.cli.trust import Trust, asked
 
 
@@ -22,9 +22,9 @@ def demo(
     """Run a scenario as ROS 2 nodes in lockstep, record it, judge the claims that it can, and draw its figure."""
     from flight_graph import runs
     from flight_graph.claims import claims
-    from flight_graph.cli.bags import draw_overview
     from flight_graph.cli.claims import table
     from flight_graph.graphs.scenario import load
+    from flight_graph.recordings.figure import draw_overview
     from flight_graph.recordings.recording import open_run
     loaded = load(scenario, {} if duration is None else {"duration_s": duration}, consent=asked(trust))
     engine = "ros" if importlib.util.find_spec("rclpy") else "compiled"
@@ -39,4 +39,8 @@ def demo(
                             claims.judge_run(loaded.file.paper, loaded.name, outcome.metrics)))
     _, _, signals = open_run(outcome.bag, trust=True)  # what has just run
     figure = draw_overview(loaded, signals, Path(f"{outcome.bag}.png"))
-    print(f"bag:    {outcome.bag}\nfigure: {figure}")
+    print(f"bag:    {outcome.bag}\nfigure: {figure}", flush=True)
+    warn_of(outcome.alarms)
+    next_command("flight", "report", outcome.bag)
+    missing = "" if importlib.util.find_spec("rerun") else " (its viewer is installed by: make viewers)"
+    status(f"to see it move in a viewer: flight view {outcome.bag}{missing}")

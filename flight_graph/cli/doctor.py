@@ -82,8 +82,9 @@ def _cache():
     from flight_graph.engines.compiled import CompiledRun
     from flight_graph.errors import FlightError
     from flight_graph.graphs import scenario
+    from flight_graph.graphs.source import available
     warm = {}
-    for name in scenario.available():
+    for name in available():
         try:
             warm[name] = CompiledRun(scenario.load(name)).is_compiled()
         except FlightError as error:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from flight_graph import yaml_text
 from flight_graph.components import functions, registry
-from flight_graph.graphs import fault_scores, scenario
+from flight_graph.graphs import fault_scores, source
 from flight_graph.graphs.scenario_file import PARTS, ScenarioFile
 from msg_schemas.qos import QOS
 from msg_schemas.signal import Signal
@@ -42,7 +42,7 @@ def reference() -> str:
 
 def _scenarios():
     yield from ["## Scenarios", "", "| scenario | what it is | simulated |", "|---|---|---|"]
-    for name, path in scenario.available().items():
+    for name, path in source.available().items():
         data = yaml_text.read(path)
         yield f"| `{name}` | {_cell(data['title'])} | {data['duration_s']:g} s |"
     yield ""
@@ -53,7 +53,7 @@ def _scenario_keys():
     for name, info in ScenarioFile.model_fields.items():
         yield _key_row(name, info)
         for part, details in PARTS[name].model_fields.items() if name in PARTS else ():
-            between = "<name>." if name in ("components", "connect") else ""
+            between = "<name>." if name in ("components", "connect", "include") else ""
             yield _key_row(f"{name}.{between}{details.alias or part}", details)
     yield ""
 
@@ -87,7 +87,7 @@ def _topics():
 
 def metric_tables() -> dict[str, tuple]:
     """The metrics function that a scenario of the packages names -> the declarations beside it; faults' scores first."""
-    named = {data.get("metrics") for data in map(yaml_text.read, scenario.available().values())} - {None}
+    named = {data.get("metrics") for data in map(yaml_text.read, source.available().values())} - {None}
     found = {f"{fault_scores.__name__}:scores": fault_scores.METRICS}
     for name in sorted(named):
         found[name] = functions.load(name, "metrics").__globals__["METRICS"]

@@ -1,89 +1,61 @@
-"""flight layout: a layout for Foxglove and Lichtblick whose plots have the names of the numbers.
+"""flight layout: a vehicle's picture and plots arranged for a viewer, every number under its name."""
 
-One tab a topic of named numbers, one plot a unit in it, and a 3-D panel of the frames.
-"""
-
-import json
-from collections import Counter
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from flight_graph.cli.topic_tables import topic_rows
 from flight_graph.cli.trust import Trust, asked
-from flight_graph.errors import FlightError
+from flight_graph.errors import FlightError, unknown
 
-MOST_LINES = 12  # of one plot; longer quantities (matrices) are left to the person
+VIEWERS = ("foxglove", "lichtblick", "plotjuggler", "rviz", "rerun")
 
 
 def register(app: typer.Typer) -> None:
-    app.command(epilog="Example: flight layout cubli_asteroid --out cubli_asteroid.json")(layout)
+    app.command(epilog="Example: flight layout cubli_asteroid --for plotjuggler --out cubli_asteroid.xml")(layout)
 
 
 def layout(
     scenario: Annotated[str, typer.Argument(help="A scenario's name, or the path of a YAML file.")],
+    viewer: Annotated[str, typer.Option("--for", metavar="VIEWER", help=", ".join(VIEWERS) + ".")] = "foxglove",
     out: Annotated[Path | None, typer.Option(help="A new file; standard output when left out.")] = None,
     trust: Trust = False,
 ) -> None:
-    """Write a layout for Foxglove or Lichtblick (there: import layout) in which every named number has its name."""
+    """Write a layout in which every named number has its name, to be imported by a viewer.
+
+    JSON for Foxglove and Lichtblick, XML for PlotJuggler, a configuration for rviz, a blueprint (.rbl) for Rerun. Those of
+    the vehicles are installed under share/PACKAGE/config.
+    """
     from flight_graph.graphs.scenario import load
-    text = json.dumps(made(topic_rows(load(scenario, consent=asked(trust)))), indent=1)
+    if viewer not in VIEWERS:
+        raise unknown("viewer", viewer, VIEWERS, "--for")
+    if viewer == "rerun" and out is None:
+        raise FlightError("--for rerun: a blueprint is no text; --out FILE.rbl says where it goes")
+    loaded = load(scenario, consent=asked(trust))
+    content = _blueprint(loaded) if viewer == "rerun" else text_of(loaded, viewer)
     if out is None:
-        print(text)
+        print(content, end="")
         return
     try:
-        with out.open("x", encoding="utf-8", newline="\n") as file:
-            file.write(text + "\n")
+        with out.open("xb") as file:
+            file.write(content if isinstance(content, bytes) else content.encode())
     except OSError as error:
         raise FlightError(f"--out {out}: cannot be written ({(error.strerror or str(error)).lower()})") from None
     print(out)
 
 
-def made(rows: list[dict]) -> dict:
-    """The layout of topics as `flight_graph.cli.topic_tables.topic_rows` gives them."""
-    panels, tabs = {"3D!frames": {"layers": {"grid": {"layerId": "foxglove.Grid", "instanceId": "grid", "visible": True}},
-                                  "topics": {}, "transforms": {}}}, [{"title": "frames", "layout": "3D!frames"}]
-    for row in rows:
-        plots = []
-        for unit, numbers in _by_unit(row["numbers"]):
-            name = f"Plot!{row['topic'].strip('/').replace('/', '_')}{len(plots)}"
-            panels[name] = _plot(f"{row['topic']} [{unit}]", row["topic"], numbers)
-            plots.append(name)
-        if plots:
-            tabs.append({"title": row["topic"].strip("/"), "layout": _column(plots)})
-    panels["Tab!topics"] = {"activeTabIdx": 0, "tabs": tabs}
-    return {"configById": panels, "globalVariables": {}, "userNodes": {}, "playbackConfig": {"speed": 1},
-            "layout": "Tab!topics"}
+def text_of(scenario, viewer: str) -> str:
+    """The layout of a scenario for one of the viewers that read text."""
+    from flight_graph.viewers.foxglove_layout import foxglove_layout
+    from flight_graph.viewers.plotjuggler_layout import plotjuggler_layout
+    from flight_graph.viewers.rviz_layout import rviz_layout
+    from flight_graph.viewers.vehicle import vehicle_of
+    made = {"foxglove": foxglove_layout, "lichtblick": foxglove_layout, "plotjuggler": plotjuggler_layout,
+            "rviz": rviz_layout}
+    return made[viewer](vehicle_of(scenario))
 
 
-def _by_unit(numbers) -> list[tuple[str, list[dict]]]:
-    """(unit, numbers of one plot) in their order. Quantities that are longer than one plot are left out."""
-    lengths = Counter(_quantity(number) for number in numbers)
-    found = []
-    for number in numbers:
-        if lengths[_quantity(number)] > MOST_LINES:
-            continue
-        plot = next((lines for unit, lines in found if unit == number["unit"] and len(lines) < MOST_LINES), None)
-        if plot is None:
-            found.append((number["unit"], plot := []))
-        plot.append(number)
-    return found
-
-
-def _quantity(number) -> str:
-    return number["label"].partition("[")[0].partition(" ")[0]
-
-
-def _plot(title, topic, numbers):
-    paths = [{"value": f"{topic}.{number['path']}", "label": number["label"], "enabled": True,
-              "timestampMethod": "headerStamp"} for number in numbers]
-    return {"title": title, "paths": paths, "showXAxisLabels": True, "showYAxisLabels": True, "showLegend": True,
-            "legendDisplay": "left", "showPlotValuesInLegend": True, "isSynced": True, "xAxisVal": "timestamp"}
-
-
-def _column(names):
-    """Panels below each other, each of the same height."""
-    if len(names) == 1:
-        return names[0]
-    return {"direction": "column", "first": names[0], "second": _column(names[1:]), "splitPercentage": 100 / len(names)}
+def _blueprint(scenario) -> bytes:
+    from flight_graph.viewers.rerun_stream import blueprint_file
+    from flight_graph.viewers.vehicle import vehicle_of
+    return blueprint_file(vehicle_of(scenario))

@@ -1,4 +1,4 @@
-"""flight report: what a campaign says, with intervals, as tables or for a machine."""
+"""flight report: what bags show and what a campaign says, as a page, as tables, or for a machine."""
 
 import json
 from pathlib import Path
@@ -6,21 +6,25 @@ from typing import Annotated
 
 import typer
 
+from flight_graph.cli.bag_report import report_bags
 from flight_graph.cli.report_tables import comparison_tables, overview_tables, sensitivity_tables, worst_tables
 from flight_graph.cli.scenarios import Json
-from flight_graph.cli.show import console, steps, working
+from flight_graph.cli.show import console, next_command, steps, working
 from flight_graph.cli.trust import Trust
 from flight_graph.cli.trust import asked as consent_of
+from flight_graph.errors import FlightError
 
 Metrics = Annotated[list[str] | None, typer.Option("--metric", metavar="METRIC", help="Only this metric; may be repeated.")]
 
 
 def register(app: typer.Typer) -> None:
-    app.command(epilog="Example: flight report runs/landings --worst lateral_m --sensitivity lateral_m")(report)
+    app.command(epilog="Examples: flight report runs/cubli_asteroid-compiled-1; flight report runs/landings --worst "
+                "lateral_m --sensitivity lateral_m")(report)
 
 
 def report(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A campaign's folder, made by flight sweep.")],
+    folders: Annotated[list[Path], typer.Argument(
+        metavar="BAG...|DIR", help="Bags, several beside each other; or the folder of a campaign, made by flight sweep.")],
     metrics: Metrics = None,
     confidence: Annotated[float, typer.Option(help="Of the two-sided intervals.")] = 0.95,
     share: Annotated[float, typer.Option(help="Share of all runs that the one-sided bound holds for.")] = 0.9973,
@@ -38,19 +42,31 @@ def report(
                                   "groups less this one.")] = None,
     pool: Annotated[bool, typer.Option("--pool", help="Put all combinations (variants, grid) together.")] = False,
     html: Annotated[Path | None, typer.Option(
-        metavar="FILE", help="Write all of it, with figures, into one HTML file that needs nothing else.")] = None,
+        metavar="FILE", help="The page: one HTML file that needs nothing else. Of bags: beside the first when left out.")] = None,
+    verify: Annotated[bool, typer.Option("--verify", help="Of bags: run each again, and say on the page what came.")] = False,
+    show: Annotated[bool, typer.Option("--open", help="Of bags: open the page in a browser.")] = False,
     flights: Annotated[int, typer.Option(
         min=0, max=10_000, help="--html: cases that are run again for the lines over time; 0: none.")] = 100,
     trust: Trust = False,
     as_json: Json = False,
 ) -> None:
-    """Rates and percentiles of a campaign with their intervals; sensitivities, worst cases, a comparison; as a page.
+    """The page of bags: what ran, the vehicle in space, all topics, events, metrics, verdicts. Or what a campaign says.
 
+    Of a campaign: rates and percentiles with their intervals; sensitivities, worst cases, a comparison; as a page (--html).
     Combinations are never put together unless --pool says so, and what is missing is counted. See docs/statistics.md.
     """
     from flight_graph.campaigns import paired
     from flight_graph.campaigns import report as reports
     from flight_graph.campaigns.folder import Campaign
+    if not any(map(is_campaign, folders)):
+        _only_of_campaigns({"--metric": metrics, "--sensitivity": sensitivity, "--worst": worst, "--compare": compare,
+                            "--between": between, "--pool": pool, "--smallest": smallest})
+        report_bags(folders, html, verify, show, trust, as_json)
+        return
+    if len(folders) > 1 or verify or show:
+        raise FlightError(f"{' and '.join(map(str, folders))}: a campaign is reported by itself, without --verify and --open; "
+                          "--compare DIR sets another one beside it")
+    folder = folders[0]
     campaign = Campaign.at(folder)
     choices = reports.Choices(confidence, share, share_confidence, tuple(metrics or ()), pool)
     asked = bool(sensitivity or worst or compare or between is not None or html)
@@ -72,6 +88,19 @@ def report(
               *(comparison_tables(compared) if compared else ()), *(comparison_tables(beside) if beside else ())]
     for table in tables:
         console.print(table, **({"markup": False} if isinstance(table, str) else {}))
+    if not asked:
+        next_command("flight", "report", folder, "--html", f"{folder}.html")
+
+
+def is_campaign(path: Path) -> bool:
+    """Whether a path is the folder of a campaign."""
+    from flight_graph.campaigns.manifest import FILE
+    return (path / FILE).is_file()
+
+
+def _only_of_campaigns(given: dict) -> None:
+    if named := [option for option, value in given.items() if value]:
+        raise FlightError(f"{named[0]} goes with the folder of a campaign, and none of these is one")
 
 
 def _page(campaign, choices, path, flights, worst, trust, as_json):

@@ -8,9 +8,12 @@ from flight_graph.text_files import printable
 
 def show(name_or_path: str, trust: bool, as_json: bool) -> None:
     """Print a scenario. Code that does not come with the packages is imported with ``trust`` alone."""
+    from flight_graph.graphs import include
     from flight_graph.graphs import scenario as scenarios
     from flight_graph.graphs.named_code import foreign_code
-    data, path = scenarios.read_file(name_or_path)
+    from flight_graph.graphs.source import read_file
+    data, path = read_file(name_or_path)
+    data = include.gathered(data, path)
     found = foreign_code(data, path.parent)
     if found and not trust:
         _show_file(data, path, found, as_json)
@@ -19,6 +22,7 @@ def show(name_or_path: str, trust: bool, as_json: bool) -> None:
 
 
 def _show_file(data, path, found, as_json):
+    from flight_graph.graphs import vehicles
     from flight_graph.graphs.scenario_file import ScenarioFile
     file = ScenarioFile.read(data, path.name)
     if as_json:
@@ -28,9 +32,10 @@ def _show_file(data, path, found, as_json):
     from rich.table import Table
     _title(file)
     table = Table("component", "is a", "rate [Hz]", "parameters of the file")
-    for name, entry in file.components.items():
-        parameters = "\n".join(f"{key}: {value}" for key, value in entry.parameters.items())
-        add(table, name, entry.use, "" if entry.rate_hz is None else f"{entry.rate_hz:g}", parameters)
+    for name, entry, _ in vehicles.components(data):
+        given = vehicles.mapping(vehicles.mapping(entry).get("parameters"))
+        add(table, name, *(vehicles.mapping(entry).get(key, "") for key in ("use", "rate_hz")),
+            "\n".join(f"{key}: {value}" for key, value in given.items()))
     console.print(table)
     for code in found:
         status(f"not imported: {printable(str(code))}")
@@ -45,12 +50,13 @@ def _show_scenario(scenario, as_json):
 
     from flight_graph.faults.report import does_nothing
     _title(scenario.file)
+    _show_vehicles(scenario)
     table = Table("component", "is a", "rate [Hz]", "input <- source", "output topics")
     for name, node in scenario.graph.nodes.items():
         inputs = [f"{port} <- {edge.node}.{edge.port}{' (delay 1)' if edge.delay else ''}"
                   for port, edge in node.inputs.items()]
         topics = ["/" + signal.topic for signal in node.component.outputs.values()]
-        use = node.use.partition(":")[0] if does_nothing(node.component) else node.use
+        use = node.use.partition(":")[0] if does_nothing(node.component) else node.use.partition("@")[0]
         add(table, name, use, f"{node.rate_hz:g}", "\n".join(inputs), "\n".join(topics))
     console.print(table)
     _show_events(scenario)
@@ -68,31 +74,48 @@ def _show_scenario(scenario, as_json):
 def _show_events(scenario):
     """What changes while it runs."""
     from rich.table import Table
-    if scenario.file.events:
+    if found := scenario.events():
         table = Table("at (s)", "parameter", "value", title="events", title_justify="left")
-        for entry in sorted(scenario.file.events, key=lambda entry: entry.at_s):
+        for entry in sorted(found, key=lambda entry: entry.at_s):
             for name, value in entry.set.items():
                 add(table, f"{entry.at_s:g}", name, value)
         console.print(table)
 
 
-def _show_faults(scenario):
-    """What breaks, and what flight software watches."""
+def _show_vehicles(scenario):
+    """Which scenarios it includes."""
     from rich.table import Table
+    if scenario.vehicles:
+        table = Table("vehicle", "scenario", "seed", "what it is", title="vehicles", title_justify="left")
+        for name, vehicle in scenario.vehicles.items():
+            add(table, name, vehicle.name, vehicle.seed, vehicle.file.title)
+        console.print(table)
+
+
+def _show_faults(scenario, vehicle=""):
+    """What breaks, and what flight software watches, of the whole and then of each vehicle."""
+    from rich.table import Table
+    of = f" of {vehicle}" if vehicle else ""
     if scenario.faults.faults:
-        table = Table("fault", "at", "type", "unit", "more", title="faults", title_justify="left")
+        table = Table("fault", "at", "type", "unit", "more", title=f"faults{of}", title_justify="left")
         for fault in scenario.faults.faults:
             more = {key: value for key, value in fault.entry.given.items() if key not in ("id", "at", "type", "unit")}
             add(table, fault.id, fault.entry.at, fault.entry.type, fault.unit,
                 ", ".join(f"{key} {value}" for key, value in more.items()))
         console.print(table)
-    if (monitors := scenario.faults.monitors) is None:
-        return
-    table = Table("watchpoint", "holds while", title="watchpoints", title_justify="left")
+    if (monitors := scenario.faults.monitors) is not None:
+        _show_monitors(monitors, of)
+    for name, inside in scenario.vehicles.items():
+        _show_faults(inside, f"{vehicle}.{name}".lstrip("."))
+
+
+def _show_monitors(monitors, of):
+    from rich.table import Table
+    table = Table("watchpoint", "holds while", title=f"watchpoints{of}", title_justify="left")
     for watch in monitors.watches:
         add(table, watch.entry.id, watch.condition.text)
     console.print(table)
-    table = Table("actionpoint", "when", "in a row", "acts", "level", "blames", "does", title="actionpoints",
+    table = Table("actionpoint", "when", "in a row", "acts", "level", "blames", "does", title=f"actionpoints{of}",
                   title_justify="left")
     for action in monitors.actions:
         entry = action.entry

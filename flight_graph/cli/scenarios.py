@@ -1,5 +1,6 @@
 """flight list, run, node: what there is, and running it."""
 
+import glob
 import json
 import os
 import signal
@@ -8,11 +9,12 @@ from typing import Annotated
 
 import typer
 
-from flight_graph import yaml_text
+from flight_graph.cli.overview import show_all
 from flight_graph.cli.scenario_tables import show
-from flight_graph.cli.show import RunProgress, add, console, metrics_table, status, steps
+from flight_graph.cli.show import RunProgress, console, metrics_table, next_command, status, steps, warn_of
 from flight_graph.cli.topic_tables import show_topics
 from flight_graph.cli.trust import Trust, asked
+from flight_graph.cli.watched import watched
 from flight_graph.errors import FlightError
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
@@ -41,12 +43,11 @@ def list_(
     scenario: Annotated[str | None, typer.Argument(help="A scenario to look into.")] = None,
     topics: Annotated[bool, typer.Option(
         "--topics", help="Its topics, and the place of every named number in them, as viewers count.")] = False,
+    components: Annotated[bool, typer.Option("--components", help="The components, in place of the scenarios.")] = False,
     trust: Trust = False,
     as_json: Json = False,
 ) -> None:
-    """List scenarios and components, or show one scenario's graph: rates, topics, connections, parameters."""
-    from flight_graph.components import registry
-    from flight_graph.graphs import scenario as scenarios
+    """List scenarios by vehicle and purpose, or components; or show one scenario: rates, topics, connections, parameters."""
     if scenario and topics:
         show_topics(scenario, asked(trust), as_json)
         return
@@ -55,17 +56,7 @@ def list_(
         return
     if topics:
         raise FlightError("flight list --topics: name a scenario")
-    titles = {name: yaml_text.read(path)["title"] for name, path in scenarios.available().items()}
-    components = {name: found.summary() for name, found in registry.components().items()}
-    if as_json:
-        print(json.dumps({"scenarios": titles, "components": components}))
-        return
-    from rich.table import Table
-    for title, rows in (("scenarios", titles), ("components", components)):
-        table = Table("name", "what it is", title=title, title_justify="left")
-        for name, text in rows.items():
-            add(table, name, text)
-        console.print(table)
+    show_all(components, as_json)
 
 
 def run(
@@ -76,6 +67,12 @@ def run(
                                               "of it, and --duration counts from there.")] = None,
     engine: Annotated[str, typer.Option(help="compiled, python (the same kernels, uncompiled) or ros.")] = "compiled",
     pace: Annotated[str, typer.Option(help="ros only: lockstep, realtime or realtime:FACTOR.")] = "lockstep",
+    control: Annotated[bool, typer.Option(
+        "--control", help="ros only: wait at the start, to be let go, paused, stepped and taken back by the services of "
+                          "the node 'simulation' (docs/simulation_control.md).")] = False,
+    live: Annotated[bool, typer.Option(
+        "--live", help="Show it in Rerun while it runs: in a window, or without a display as a page. In process it keeps "
+                       "the wall's pace then, or that of --pace realtime:FACTOR.")] = False,
     settings: Settings = None,
     params: Params = None,
     case: Annotated[int | None, typer.Option(help="Run this case of the scenario's 'vary' block.")] = None,
@@ -112,10 +109,11 @@ def run(
     for warning in [*loaded.warnings(), *(start.warnings if start else ())]:
         status(f"warning: {warning}")
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # both end the nodes and close the bag
-    with RunProgress(loaded, not as_json) as progress:
+    with watched(loaded, live) as stream, RunProgress(loaded, not as_json) as progress:
         try:
             outcome = runs.execute(loaded, engine, pace, folder, progress.advance, progress.compiling,
-                                   check_bounds, tell=status, begin=start.begin if start else None)
+                                   check_bounds, tell=status, begin=start.begin if start else None, controlled=control,
+                                   live=stream)
         except (KeyboardInterrupt, FlightError) as error:
             reason = str(error) or "interrupted"
             raise FlightError(f"{reason}; {_what_is_left(folder)}") from None
@@ -129,16 +127,22 @@ def run(
             "ros_domain_id": outcome.domain, "begins": start.begin.metadata() if start else None,
             "metrics": outcome.metrics, "units": _units(loaded, outcome.metrics),
             "statistics": outcome.statistics, "watchdog": outcome.notes,
-            "warnings": loaded.warnings(), "differs_from_its_row": differing}))
+            "earlier_bags": [str(bag) for bag in outcome.earlier], "was_ended": outcome.was_ended,
+            "warnings": loaded.warnings(), "alarms": outcome.alarms, "differs_from_its_row": differing}))
         return
     if start:
         status(start.begin.sentence())
-    console.print(metrics_table(loaded, outcome))
+    if outcome.was_ended:
+        status("the run was ended by who controls it; its bag is whole up to there, and metrics are of whole runs")
+    else:
+        console.print(metrics_table(loaded, outcome))
     for note in outcome.notes:
         status(note)
     if outcome.lost:
         status(f"{outcome.lost} messages were lost (realtime); the bag's metadata says which")
-    print(outcome.bag)
+    print(outcome.bag, flush=True)
+    warn_of(outcome.alarms)
+    next_command("flight", "report", outcome.bag)
 
 
 def _continued(begin, settings, seed, duration, consent, wanted, others):
@@ -178,6 +182,8 @@ def _case(scenario, number) -> str:
 
 def _what_is_left(folder) -> str:
     from flight_graph.bags.errors import quoted
+    segments = [folder, *folder.parent.glob(f"{glob.escape(folder.name)}_reset_*")]  # of a run that was taken back
+    folder = max((path for path in segments if path.exists()), key=lambda path: path.stat().st_mtime, default=folder)
     if (folder / "metadata.yaml").exists():
         return f"the bag up to here is {quoted(folder)}"
     if any(folder.glob("*.mcap")):
@@ -188,7 +194,7 @@ def _what_is_left(folder) -> str:
 def node(
     context: typer.Context,
     package: Annotated[str, typer.Argument(
-        help="cubli_ros, sim_nodes, ...; or 'package/executable' or 'file.py:Class' in place of both.")],
+        help="cubli_ros, sim_nodes, ...; or 'package/executable', 'file.py:Class', either with '@namespace', for both.")],
 ) -> None:
     """Run one node, as ros2 run would: flight node PACKAGE EXECUTABLE [ROS ARGS]."""
     from flight_graph.ros.entry import main, run_component
@@ -196,8 +202,9 @@ def node(
         print(context.command.get_help(context))
         return
     arguments = list(context.args)
-    if ":" in package or package.endswith(".py"):
-        raise typer.Exit(run_component(package, package.rpartition(":")[2].lower(), arguments))
+    if set(":@") & set(package) or package.endswith(".py"):
+        plain = package.partition("@")[0]
+        raise typer.Exit(run_component(package, (plain.rpartition(":")[2] or plain).rpartition("/")[2].lower(), arguments))
     if "/" in package:  # as scenarios write it
         package, _, executable = package.partition("/")
         arguments.insert(0, executable)

@@ -4,21 +4,57 @@ import math
 import sys
 from contextlib import contextmanager
 
-from rich.console import Console
+from rich.console import Console, Group
+from rich.measure import Measurement
+from rich.padding import Padding
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
+from flight_graph.bags.errors import quoted
 from flight_graph.text_files import printable
 
 _ROWS = 40  # of the table of differing fields
+_COMFORT, _SHORT = 22, 36  # [characters] that a column of sentences needs, and of a cell that shares its line
 
 
 class _Console(Console):
-    """Shows the characters that steer a terminal by their numbers: names and texts may come from a stranger's bag."""
+    """Shows the characters that steer a terminal by their numbers: names and texts may come from a stranger's bag. A table
+    that is too wide for the terminal is shown row by row, so that it can be read at 80 columns."""
 
     def print(self, *objects, **options):
-        super().print(*(printable(item) if isinstance(item, str) else item for item in objects), **options)
+        super().print(*(printable(item) if isinstance(item, str) else self._fitted(item) for item in objects), **options)
+
+    def _fitted(self, item):
+        return rows_below_each_other(item) if isinstance(item, Table) and _needed(self, item) > self.width else item
+
+
+def _needed(console: Console, table: Table) -> int:
+    """The columns [characters] that a table needs: whole words, and room for sentences."""
+    width = 1
+    for column in table.columns:
+        sizes = [Measurement.get(console, console.options, cell) for cell in [column.header, *column.cells]]
+        longest = max((size.minimum for size in sizes), default=0)
+        width += 3 + max(longest, min(_COMFORT, max((size.maximum for size in sizes), default=0)))
+    return width
+
+
+def rows_below_each_other(table: Table) -> Group:
+    """A table as blocks of lines, one a row: the first cell, then the others behind the heads of their columns, short ones
+    on one line."""
+    parts = [Text(str(table.title), style="italic")] if table.title and not isinstance(table.title, Text) else [
+        part for part in [table.title] if part]
+    heads = [head.header if isinstance(head.header, Text) else Text.from_markup(str(head.header)) for head in table.columns]
+    for cells in zip(*(column.cells for column in table.columns)):
+        first, *others = (cell if isinstance(cell, Text) else Text.from_markup(str(cell)) for cell in cells)
+        if first.plain:
+            parts.append(Text.assemble(first, style="bold"))
+        named = [Text.assemble((f"{head.plain} ", "dim"), cell) for head, cell in zip(heads[1:], others) if cell.plain]
+        short = [text for text in named if len(text) <= _SHORT and "\n" not in text.plain]
+        if short:
+            parts.append(Padding(Text("   ").join(short), (0, 0, 0, 2)))
+        parts += [Padding(text, (0, 0, 0, 2)) for text in named if text not in short]
+    return Group(*parts)
 
 
 console = _Console(soft_wrap=not sys.stdout.isatty(), width=None if sys.stdout.isatty() else 160)
@@ -29,6 +65,17 @@ _bars = []  # on the screen now
 def status(text: str) -> None:
     """A line for a person, on standard error."""
     _errors.print(text, highlight=False, markup=False, soft_wrap=True)
+
+
+def next_command(*words) -> None:
+    """The one command that a person is likely to want now, on standard error."""
+    status(f"next: {' '.join(quoted(word) for word in words)}")
+
+
+def warn_of(alarms: list[str]) -> None:
+    """What of a run makes wary, on standard error: in its last lines, where it is seen."""
+    for sentence in alarms:
+        status(f"warning: {sentence}")
 
 
 class RunProgress:

@@ -11,35 +11,45 @@ from typing import Annotated
 import typer
 
 from flight_graph.cli.scenarios import Json, Params, Settings, overrides
-from flight_graph.cli.show import add, console, number, status, steps
+from flight_graph.cli.show import add, console, next_command, number, status, steps
 from flight_graph.cli.trust import Trust, asked
 from flight_graph.errors import FlightError
 
 SHOWN_FAILURES = 5
-_DASK = "dask:"
+_DASK, _CUDA = "dask:", "cuda"
 
 
 @dataclass(frozen=True)
 class Where:
-    """Who runs the chunks: threads, processes, or a Dask scheduler's workers; exactly one of them, or none (threads)."""
+    """Who runs the chunks: threads, processes, a graphics processor, or a Dask scheduler's workers; exactly one of them, or
+    none (threads). Raises FlightError, also where there is no graphics processor.
+    """
 
     workers: int | None = None
     processes: int | None = None
     on: str | None = None
+    device: object | None = None
 
     def __post_init__(self):
         given = [name for name, value in (("--workers", self.workers), ("--processes", self.processes), ("--on", self.on))
                  if value is not None]
         if len(given) > 1:
             raise FlightError(f"{' and '.join(given)}: allowed: one of them")
-        if self.on is not None and not self.on.startswith(_DASK):
-            raise FlightError(f"--on {self.on}: allowed: dask:ADDRESS, such as dask:tcp://host:8786")
+        if self.on == _CUDA:
+            from flight_graph.cuda import devices
+            object.__setattr__(self, "device", devices.opened())
+        elif self.on is not None and not self.on.startswith(_DASK):
+            raise FlightError(f"--on {self.on}: allowed: cuda, or dask:ADDRESS, such as dask:tcp://host:8786")
 
     def pool(self, manifest, scenario):
         """The pool of a campaign."""
         import os
 
         from flight_graph.campaigns import workers
+        if self.on == _CUDA:
+            from flight_graph.campaigns.cases import Batch
+            from flight_graph.cuda.batch import OnDevice, width
+            return workers.Threads(manifest, scenario, 1, Batch(width(scenario), OnDevice(self.device).advance))
         if self.on is not None:
             from flight_graph.campaigns.dask_workers import DaskWorkers
             return DaskWorkers(manifest, self.on.removeprefix(_DASK))
@@ -62,7 +72,8 @@ def sweep(
         metavar="KEY=VALUES", help="Vary plant.mass=normal:2,0.04 or c.gain=0.01:0.05:9 or ...; may be repeated.")] = None,
     workers: Annotated[int | None, typer.Option(min=1, max=256, help="Threads; one a core when left out.")] = None,
     processes: Annotated[int | None, typer.Option(min=1, max=256, help="Processes in place of threads.")] = None,
-    on: Annotated[str | None, typer.Option(metavar="dask:ADDRESS", help="The workers of a Dask scheduler.")] = None,
+    on: Annotated[str | None, typer.Option(
+        metavar="cuda|dask:ADDRESS", help="A graphics processor, or the workers of a Dask scheduler.")] = None,
     settings: Settings = None,
     params: Params = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the draws.")] = None,
@@ -168,9 +179,10 @@ def _all(campaign, scenario, where, figure, as_json):
         console.print(f"case {row['case']} ({row['status']}): {row['sentence']}", markup=False)
     if bad := total - counted.get("ok", 0):
         console.print(f"{bad} of {total} runs did not end well; the table's column 'sentence' says why")
-    print(campaign.path)
+    print(campaign.path, flush=True)
     if figure is not None:
-        print(figure)
+        print(figure, flush=True)
+    next_command("flight", "report", campaign.path)
 
 
 @contextmanager

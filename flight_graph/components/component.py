@@ -17,7 +17,7 @@ An input that never arrived is zero, stamp included.
 
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import ClassVar
@@ -53,6 +53,7 @@ class Formatted:
 
     function(record) takes the output's record (fields by attribute) and returns the message as an object of the type store
     (msg_schemas.definitions.TYPESTORE). once: it is said at the start of a run alone; its role is LATCHED then.
+    of_scene: the function takes what the component's `scene` says of its parameters too: function(record, scene).
     """
 
     topic: str
@@ -61,6 +62,11 @@ class Formatted:
     function: Callable
     role: Role = Role.DIAGNOSTICS
     once: bool = False
+    of_scene: bool = False
+
+    def bound(self, scene: Callable) -> "Formatted":
+        """The message of a component whose ``scene()`` this is: its function takes the record alone."""
+        return replace(self, function=lambda record: self.function(record, scene())) if self.of_scene else self
 
 
 class Component:
@@ -75,6 +81,9 @@ class Component:
     formatted: ClassVar[tuple[Formatted, ...]] = ()
     faults: ClassVar[dict[int, str]] = {}  # state.fault -> sentence; {name}: of parameters, state, outputs
     optional_inputs: ClassVar[tuple[str, ...]] = ()  # may stay unconnected (they read zero)
+    namespace: ClassVar[str] = ""  # that it is in, see `flight_graph.components.namespaces`
+    outside: ClassVar[type | None] = None  # the same component in no namespace
+    is_foreign: ClassVar[bool] = False  # a node that is not ours: it has ports and no parts
     modes: ClassVar[tuple[str, ...]] = ()  # of a mode manager; it fires by the clock, whether or not its inputs have come
     start = None
     kernel = None
@@ -83,6 +92,12 @@ class Component:
 
     def __init_subclass__(cls):
         declarations.check(cls)
+
+    @classmethod
+    def said(cls, values: dict) -> list[Formatted]:
+        """The formatted messages, bound to the scene of these resolved parameters; it is made when it is needed."""
+        scene = cache(lambda: declared.call(cls, "scene", values))
+        return [made.bound(scene) for made in cls.formatted]
 
     @classmethod
     def kernels(cls) -> list:
@@ -106,6 +121,14 @@ class Component:
         return values
 
     @classmethod
+    def fitted(cls, values: dict) -> str | None:
+        """The name (``module:attribute``) of the class to run with these resolved parameters; None: this one.
+
+        Where tables need more room than this class has: the layout of a state is part of its class.
+        """
+        return None
+
+    @classmethod
     def tables(cls, values: dict) -> dict[str, np.ndarray]:
         """State entries that are filled before `start` from the resolved parameters: name -> array of its shape.
 
@@ -125,6 +148,15 @@ class Component:
                 refuse(cls, "tables", f"{name} has the shape {np.shape(table)}, the state's entry {record[name].shape[1:]}")
             record[name][0] = table
         return record
+
+    @classmethod
+    def scene(cls, values: dict):
+        """What is to be seen of these resolved parameters: a `flight_graph.scenes.scene.Scene`, or None.
+
+        Declared by whatever knows where the vehicle is, a plant as a rule. Plain numbers that come out the same on every
+        machine: its model and its fixed frames are recorded.
+        """
+        return None
 
     @classmethod
     def warnings(cls, values: dict, period_s: float) -> list[str]:

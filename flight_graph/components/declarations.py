@@ -15,7 +15,7 @@ from flight_graph.components.records import Parameters, State
 from msg_schemas.signal import Signal
 
 PARTS = ("start", "kernel", "output", "update")
-METHODS = ("resolve", "tables", "check", "warnings")
+METHODS = ("resolve", "fitted", "tables", "check", "warnings", "scene")
 _TAKEN = ("t_ns", "p", "x", "inputs", "outputs")
 
 
@@ -116,7 +116,7 @@ def _check_parts(cls):
             refuse(cls, part, f"a {type(function).__name__} is no function{meant or '; it takes a function under @kernel'}")
     if cls.kernel is not None and (cls.output is not None or cls.update is not None):
         refuse(cls, "kernel", "a component has either a kernel, or an output and an update (a plant); this one has both")
-    if cls.kernel is None and cls.output is None and cls.update is None:
+    if cls.kernel is None and cls.output is None and cls.update is None and not cls.is_foreign:
         refuse(cls, "", "it has no kernel; write 'kernel = ...', or 'output = ...' and 'update = ...' (a plant)")
 
 

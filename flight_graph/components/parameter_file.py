@@ -4,7 +4,8 @@
       ros__parameters: {lambda_a: 0.03, rate_hz: 50.0}
 
 A section's name is matched as rcl does it: ``*`` stands for one part of a node's full name, ``**`` for any number of them.
-A node is meant by its name in the scenario or by the executable that it is; a section without a namespace means it in any.
+A node is meant by its name in the scenario or by the executable that it is; a section without a namespace means it in any,
+also in that of a vehicle: ``/rover_a/controller`` is the controller of the vehicle ``rover_a``.
 Sections may stand in each other, a namespace around its nodes. A section of wildcards alone sets each parameter where there
 is one of that name.
 """
@@ -15,26 +16,27 @@ from typing import Any
 
 from flight_graph import yaml_text
 from flight_graph.components import registry
+from flight_graph.components.names import joined, ros
 from flight_graph.errors import FlightError, unknown
 
 _ALSO = ("rate_hz",)  # keys of a component besides its parameters
 _OF_EVERY_NODE = ("use_sim_time", "qos_overrides")  # what files for ROS set and a scenario has no need of
 
 
-def overrides(path: Path, components: dict[str, dict], folder: Path | None = None) -> tuple[dict[str, Any], list[str]]:
+def overrides(path: Path, components: dict[str, tuple[str, Path | None]]) -> tuple[dict[str, Any], list[str]]:
     """Return ``component.parameter`` -> value, and sentences on what is left out. Raises FlightError.
 
-    components: the scenario's entries by name.
+    components: whole name -> (use, where a relative file of it starts), of the scenario's components.
     """
     sections = _read(path)
     found, remarks = {}, []
     for section, entry in sections.items():
         values = {key: value for key, value in _flat(entry["ros__parameters"]).items()
                   if key.partition(".")[0] not in _OF_EVERY_NODE}
-        matched = [name for name, declared in components.items() if _means(section, name, _executable(declared))]
+        matched = _meant(section, components)
         if not matched:
             remarks.append(f"--params {path}: {unknown('component', section.rpartition('/')[2], components, section)}")
-        known = {name: {*_entries(components[name], folder), *_ALSO} for name in matched}
+        known = {name: {*_entries(*components[name]), *_ALSO} for name in matched}
         for key, value in values.items():
             having = [name for name in matched if key in known[name]]
             if matched and not having:
@@ -78,20 +80,32 @@ def _flat(values, prefix=""):
     return found
 
 
-def _means(section: str, *names: str) -> bool:
-    """Whether a section means a node that has one of these names."""
+def _meant(section: str, components: dict) -> list[str]:
+    """The components that a section means, by their names or by the executables that they are."""
+    found = [name for name, (use, _) in components.items() if _means(section, name, use)]
+    if "*" in section or section.strip("/").count("/") == 0:
+        return found
+    deepest = max((name.count(".") for name in found), default=0)  # /rover_a/law: that of the vehicle
+    return [name for name in found if name.count(".") == deepest]
+
+
+def _means(section, name, use) -> bool:
     parts = [part for part in section.split("/") if part]
-    if not parts:
-        return False
-    if len(parts) == 1 or "*" not in section:  # a name, in whatever namespace it runs
-        parts = ["**", parts[-1]]
+    namespace, _, own = name.rpartition(".")
+    for called in (own, use.rpartition("/")[2] or " "):
+        whole = "/" + ros(joined(namespace, called))
+        if "*" not in section:  # in whatever namespace the graph runs, and one part in whatever vehicle
+            if parts == [called] or len(parts) > 1 and f"/{'/'.join(parts)}".endswith(whole):
+                return True
+        elif _matches(["**", *parts] if len(parts) == 1 else parts, whole):
+            return True
+    return False
+
+
+def _matches(parts, whole) -> bool:
     pattern = "".join({"**": "(?:/[^/]+)*", "*": "/[^/]+"}.get(part, "/" + re.escape(part)) for part in parts)
-    return any(re.fullmatch(pattern, f"/{name}") for name in names)
+    return re.fullmatch(pattern, whole) is not None
 
 
-def _executable(declared):
-    return str((declared or {}).get("use", "")).rpartition("/")[2] or " "
-
-
-def _entries(declared, folder):
-    return registry.component(registry.absolute(str((declared or {}).get("use", "")), folder)).parameters.entries
+def _entries(use, folder):
+    return registry.component(registry.absolute(use, folder)).parameters.entries

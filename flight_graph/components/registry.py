@@ -1,12 +1,13 @@
 """Where components are found: the executables of the installed packages, and a user's own file.
 
-A component is named ``package/executable`` (``cubli_ros/appc_controller``), ``module:Class``, or ``path/file.py:Class``.
+A component is named ``package/executable`` (``cubli_ros/appc_controller``), ``module:Class``, or ``path/file.py:Class``,
+and inside a namespace ``NAME@namespace``.
 """
 
 import importlib
 from pathlib import Path
 
-from flight_graph.components import component_file, kernel_rules
+from flight_graph.components import component_file, kernel_rules, namespaces
 from flight_graph.components.component import Component
 from flight_graph.errors import FlightError, unknown
 
@@ -33,6 +34,11 @@ def component(name: str) -> type[Component]:
 
     A user's own component is read for mistakes first (`kernel_rules`); those of the packages when they are compiled.
     """
+    plain, namespace = namespaces.split(name)
+    return namespaces.within(_outside(plain), namespace)
+
+
+def _outside(name: str) -> type[Component]:
     found = find(name)
     if ":" in name:
         kernel_rules.check(found)

@@ -10,9 +10,21 @@ def check_engine(scenario: Scenario, engine: str) -> None:
     """Refuse an engine that does not exist or that the scenario cannot run in."""
     if engine not in ENGINES:
         raise unknown("engine", engine, ENGINES)
+    if engine != "ros":
+        refuse_foreign(scenario)
     only = scenario.file.only
     if only and (engine == "ros") != (only.engine == "ros"):
         raise FlightError(f"{scenario.name} runs in the {only.engine} engine only: {only.because}")
+    for vehicle in scenario.vehicles.values():
+        check_engine(vehicle, engine)
+
+
+def refuse_foreign(scenario: Scenario) -> None:
+    """Refuse a run in process with a foreign node, unless what it said is recorded. Raises FlightError."""
+    if scenario.foreign and not scenario.tapes:
+        raise FlightError(
+            f"{scenario.name}: {' and '.join(scenario.foreign)} stands for a foreign node, so only --engine ros can fly "
+            "it, with that node running; from the bag of such a run, any engine verifies, replays and steps through it")
 
 
 def parse_pace(text: str) -> tuple[str, float]:

@@ -10,9 +10,10 @@ from dataclasses import dataclass, field
 import numba
 import numpy as np
 
-from flight_graph.engines import checkpoint, compilation, driver
+from flight_graph.engines import checkpoint, compilation, driver, reductions
 from flight_graph.engines.addresses import address
 from flight_graph.engines.checkpoint import Checkpoint
+from flight_graph.engines.choice import refuse_foreign
 from flight_graph.engines.memory import refuse_too_long
 from flight_graph.engines.plain_driver import PlainTables
 from flight_graph.engines.schedule import Schedule
@@ -68,13 +69,16 @@ class CompiledRun:
     """One run of a scenario. `compile` makes the machine code ready, `run` fills the recording.
 
     plan: (node, port) -> every how manieth message is logged; as the scenario says when left out. like: a compiled run of
-    the same components.
+    the same components. reducing: whether the scenario's measures are taken while it flies (`Flight.reduced`).
     """
 
     def __init__(self, scenario: Scenario, check_bounds: bool = False, plan: dict | None = None,
-                 like: "CompiledRun | None" = None):
+                 like: "CompiledRun | None" = None, reducing: bool = False):
         self.scenario, self.graph, self.check_bounds = scenario, scenario.graph, check_bounds
-        self.schedule = Schedule.of(self.graph, scenario.recorded() if plan is None else plan, scenario.faults)
+        refuse_foreign(scenario)
+        plan = scenario.recorded() if plan is None else plan
+        self.schedule = Schedule.of(self.graph, plan, scenario.faults, scenario.measured() if reducing else None,
+                                    scenario.tapes)
         self._codes = None if like is None else like._codes
         self.shape = None  # of its checkpoints, once it is asked for
 
@@ -86,7 +90,7 @@ class CompiledRun:
     @property
     def components(self) -> dict:
         """use -> component, of all nodes."""
-        return {node.use: node.component for node in self.graph.nodes.values()}
+        return {node.use: node.component for node in self.graph.nodes.values() if not node.is_foreign}
 
     def is_compiled(self) -> bool:
         """Whether all machine code lies in the cache."""
@@ -100,7 +104,7 @@ class CompiledRun:
         began = time.perf_counter()
         if self._codes is None and not numba.config.DISABLE_JIT:
             found = compilation.load(self.components, self.check_bounds, progress)
-            self._codes = {name: found[node.use] for name, node in self.graph.nodes.items()}
+            self._codes = {name: found[node.use] for name, node in self.graph.nodes.items() if not node.is_foreign}
         return time.perf_counter() - began
 
     def start(self, ticks: int, logs: dict | None = None, begin: Checkpoint | None = None, kind: type | None = None):
@@ -218,6 +222,11 @@ class Flight:
         return self._schedule
 
     @property
+    def codes(self) -> dict | None:
+        """node -> part -> its machine code; None in plain Python."""
+        return self._codes
+
+    @property
     def bounds_checked(self) -> bool:
         """Whether its machine code checks the bounds of arrays."""
         return self._run.check_bounds
@@ -327,6 +336,12 @@ class Flight:
         return {made.signal.topic: self.arrays[made.log][:counts[made.log]] for firing in self._schedule.firings
                 for made in firing.publications if made.log is not None}
 
+    def reduced(self) -> dict[str, float | None]:
+        """name -> number of each measure that is taken while it flies, of the messages so far and the whole duration."""
+        duration_ns = self._run.scenario.duration_ns
+        return {one.measure.name: reductions.result(one.measure, self.arrays[one.memory], duration_ns)
+                for firing in self._schedule.firings for made in firing.publications for one in made.reductions}
+
     def tracks(self) -> list[Track]:
         """What was logged so far."""
         tracks, counts = [], self._tables.logged()
@@ -339,4 +354,9 @@ class Flight:
                     stamps = (begin + np.arange(len(records))) * period if made.times is None else (
                         self.arrays[made.times][:len(records)] * self._graph.base_ns)
                     tracks.append(Track(made.signal.topic, made.signal, firing.node, made.port, stamps, records))
+        for tape in self._schedule.tapes:
+            if (tape.node, tape.port) in self._schedule.plan:
+                signal, played = self._graph.signal(tape.node, tape.port), tape.between(self._first, self._tick)
+                stamps = tape.ticks[played] * self._graph.base_ns
+                tracks.append(Track(signal.topic, signal, tape.node, tape.port, stamps, tape.records[played]))
         return tracks

@@ -3,8 +3,8 @@
     python -P -m flight_graph.engines.compiler [PROCESS ID OF WHO ASKS]
 
 One JSON object a line. A job: {"use": a component's name, "part":, "key":, "check_bounds":}, {"driver": its key},
-{"kept": a kernel over arrays, "key":}, or {"maker": ``module:function``, which does it, "arguments":}. An answer to each, in order:
-{"seconds":} or {"refused": a sentence} or {"error": a text}.
+{"kept": a kernel over arrays, "key":}, or {"maker": ``module:function``, which does it, "arguments":}. An answer to
+each, in order: {"seconds":} or {"refused": a sentence} or {"error": a text}.
 """
 
 import importlib

@@ -8,15 +8,23 @@ import numpy as np
 from flight_graph.engines.addresses import byte_at, compiled, double_at, row, single_at, word_at
 from flight_graph.faults import conditions
 
+ADDRESSES = {}  # table -> names of its addresses of data
+
 
 def table(words: str, numbers: str = "") -> np.dtype:
-    """A row of int64 and float64 fields; their names are no attributes of a NumPy record."""
-    return np.dtype([(name, "<i8") for name in words.split()] + [(name, "<f8") for name in numbers.split()])
+    """A row of int64 and float64 fields; their names are no attributes of a NumPy record. An address of data has a star
+    behind its name."""
+    names = words.split()
+    made = np.dtype([(name.rstrip("*"), "<i8") for name in names] + [(name, "<f8") for name in numbers.split()], align=True)
+    ADDRESSES[made] = tuple(name.rstrip("*") for name in names if name.endswith("*"))
+    return made
 
 
-STEP = table("op a b address kind width epoch_ns", "constant value")  # a, b: addresses of earlier steps
+STEP = table("op a* b* address* kind width epoch_ns", "constant value")  # a, b: earlier steps
 STEP_SIZE = STEP.itemsize
 DOUBLE, SINGLE, SIGNED, UNSIGNED = range(4)  # kinds of a number that is read
+_KINDS = {"<f8": DOUBLE, "<f4": SINGLE, "|b1": UNSIGNED}  # and whole numbers, by their letter
+_WHOLE = {"i": SIGNED, "u": UNSIGNED}
 SECOND = 1e9  # [ns] divided by, not multiplied with its inverse: 0.3 s is the number that a person writes
 
 (_CONSTANT, _TIME, _READ, _ADD, _SUBTRACT, _MULTIPLY, _DIVIDE, _NEGATE, _ABS, _MIN, _MAX, _LESS, _LESS_EQUAL, _GREATER,
@@ -24,8 +32,13 @@ SECOND = 1e9  # [ns] divided by, not multiplied with its inverse: 0.3 s is the n
 assert _AGE == conditions.AGE
 
 
+def number_kind(dtype: np.dtype) -> int:
+    """How a number of a record is read."""
+    return _KINDS.get(dtype.str, _WHOLE.get(dtype.kind))
+
+
 @compiled
-def _number_at(address, kind, width):
+def number_at(address, kind, width):
     """A number of a record as a float64. width: of a whole number [bytes]."""
     if kind == DOUBLE:
         return double_at(address)
@@ -87,7 +100,7 @@ def holds(at, end, t_ns):
         elif op == _TIME:
             value = t_ns / SECOND
         elif op == _READ:
-            value = _number_at(step.address, step.kind, step.width)
+            value = number_at(step.address, step.kind, step.width)
         elif op == _AGE:
             value = _age(step.address, step.epoch_ns, t_ns)
         else:

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.extending import intrinsic
 
 from flight_graph.engines import effects
@@ -18,15 +19,18 @@ from flight_graph.engines.called import Called
 from flight_graph.engines.condition_steps import holds, table
 from flight_graph.engines.effects import BEGINS_ANEW, IS_DOWN
 from flight_graph.engines.fault_tables import FaultTables
+from flight_graph.engines.reductions import REDUCTION, feed
 from flight_graph.engines.schedule import Schedule, finite_runs, stamp_offset
 from flight_graph.engines.stops import FAULT, NONFINITE
+from flight_graph.engines.tape import Reels
 
 _WORD = "<i8"
 
-CONTROL = table("tick end epoch_ns base_ns stop who holds holds_end firings firings_end fire when when_end")  # addresses
-HOLD = table("next period target origin size")
-FIRING = table("next period part parameters state records fault outputs outputs_end own start")
-OUTPUT = table("next period stamp record size runs runs_end visible log log_next log_period channel times")
+CONTROL = table("tick end epoch_ns base_ns stop who holds* holds_end* firings* firings_end* fire when* when_end*")
+HOLD = table("next period target* origin* size ticks")  # ticks: of the messages of a tape, one behind the other at origin
+FIRING = table("next period part parameters* state* records* fault* outputs* outputs_end* own* start")
+OUTPUT = table("next period stamp* record* size runs* runs_end* visible* log* log_next log_period channel* times* "
+               "reductions* reductions_end*")
 RUN = table("offset count is_double")  # of floats that must be finite: bytes of a record
 _HOLD_SIZE, _FIRING_SIZE, _OUTPUT_SIZE, _RUN_SIZE = (table.itemsize for table in (HOLD, FIRING, OUTPUT, RUN))
 _EXPONENT, _EXPONENT_4 = 0x7FF0000000000000, 0x7F800000  # all ones in inf and NaN
@@ -34,11 +38,10 @@ _EXPONENT, _EXPONENT_4 = 0x7FF0000000000000, 0x7F800000  # all ones in inf and N
 
 @intrinsic
 def call(typing, part, t_ns, parameters, state, records):
-    """Call the C function of a part at its address."""
+    """Call a part: at its address, where code has one (`flight_graph.engines.object_code`)."""
     def codegen(context, builder, signature, args):
-        word = ir.IntType(64)
-        function = ir.FunctionType(ir.VoidType(), [word] * 4)
-        builder.call(builder.inttoptr(args[0], function.as_pointer()), args[1:])
+        kind = ir.FunctionType(ir.VoidType(), [ir.IntType(64)] * 5)
+        builder.call(cgutils.get_or_insert_function(builder.module, kind, "flight_part"), args)
         return context.get_dummy_value()
 
     return types.void(*[types.int64] * 5), codegen
@@ -48,9 +51,8 @@ def call(typing, part, t_ns, parameters, state, records):
 def call_fire(typing, fire_at, firing_at, tick, t_ns, stamp):
     """Call `fire` at its address: its machine code, with all that faults do, exists once."""
     def codegen(context, builder, signature, args):
-        word = ir.IntType(64)
-        function = ir.FunctionType(word, [word] * 4)
-        return builder.call(builder.inttoptr(args[0], function.as_pointer()), args[1:])
+        kind = ir.FunctionType(ir.IntType(64), [ir.IntType(64)] * 5)
+        return builder.call(cgutils.get_or_insert_function(builder.module, kind, "flight_fire"), args)
 
     return types.int64(*[types.int64] * 5), codegen
 
@@ -81,8 +83,8 @@ def stamp_word(stamp_ns):
 
 @compiled
 def publish(output_at, tick, t_ns):
-    """Check an output, show it to readers, log it: once, or as often as its faults let it. Returns 0 or a code of
-    `stops`.
+    """Check an output, show it to readers, log and reduce it: once, or as often as its faults let it. Returns 0 or a code
+    of `stops`.
     """
     output = row(output_at, OUTPUT)
     count = 1
@@ -96,11 +98,13 @@ def publish(output_at, tick, t_ns):
     if tick == output.log_next:
         output.log_next += output.log_period
         for _ in range(count):
-            copy(output.log, output.record, output.size)
-            output.log += output.size
+            if output.log != 0:
+                copy(output.log, output.record, output.size)
+                output.log += output.size
             if output.times != 0:
                 set_word_at(output.times, tick)
                 output.times += 8
+            feed(output.reductions, output.reductions_end, output.record, 1, 0)
     return 0
 
 
@@ -165,8 +169,13 @@ def run(control_at):
         while at < control.holds_end:
             hold = row(at, HOLD)
             if tick == hold.next:
-                hold.next += hold.period
                 copy(hold.target, hold.origin, hold.size)
+                if hold.ticks == 0:
+                    hold.next += hold.period
+                else:
+                    hold.origin += hold.size
+                    hold.ticks += 8
+                    hold.next = word_at(hold.ticks)
             at += _HOLD_SIZE
         at = control.firings
         while at < control.firings_end:
@@ -186,8 +195,10 @@ def run(control_at):
 
 
 # -- as machine code ---------------------------------------------------------------------------------------------------
-CODE = Called("driver", {"run": (run, types.int64(types.int64)), "fire": (fire, types.int64(*[types.int64] * 4))},
-              [Path(__file__).with_name(f"{name}.py") for name in ("driver", "effects", "condition_steps", "addresses")])
+FIRE = types.int64(*[types.int64] * 4)
+CODE = Called("driver", {"run": (run, types.int64(types.int64)), "fire": (fire, FIRE)},
+              [Path(__file__).with_name(f"{name}.py")
+               for name in ("driver", "effects", "reductions", "condition_steps", "addresses")])
 
 
 # -- a schedule bound to the arrays of a run ---------------------------------------------------------------------------
@@ -199,18 +210,25 @@ class Tables:
 
     def __init__(self, schedule: Schedule, arrays: dict, codes: dict, epoch_ns: int = 0):
         self.arrays, self._codes = arrays, codes
-        self._io = np.array([address(arrays[name]) for firing in schedule.firings for name in firing.records], _WORD)
-        self.holds = np.array([(0, hold.period, address(arrays[hold.target]), address(arrays[hold.origin]),
-                                arrays[hold.target].nbytes) for hold in schedule.holds], HOLD)
+        self.io = np.array([address(arrays[name]) for firing in schedule.firings for name in firing.records], _WORD)
+        held = np.array([(0, hold.period, address(arrays[hold.target]), address(arrays[hold.origin]),
+                          arrays[hold.target].nbytes, 0) for hold in schedule.holds], HOLD)
+        self._reels = Reels(schedule.tapes, arrays, HOLD)
+        self.holds = np.concatenate([held, self._reels.rows])
         self.faults = FaultTables(schedule, arrays, epoch_ns)
         made = [made for firing in schedule.firings for made in firing.publications]
         runs = [[(offset, count, size == 8) for offset, count, size in finite_runs(one.signal)]
                 for one in made]
         self.runs = np.array([run for rows in runs for run in rows], RUN)
         ends = address(self.runs) + RUN.itemsize * np.cumsum([0, *map(len, runs)])
+        reduced = [[one.row(stamp_offset(each.signal), arrays[one.memory], epoch_ns) for one in each.reductions]
+                   for each in made]
+        self.reductions = np.array([row for rows in reduced for row in rows], REDUCTION)
+        reductions = address(self.reductions) + REDUCTION.itemsize * np.cumsum([0, *map(len, reduced)])
         self._logs = {one.log: (i, one.signal.dtype.itemsize) for i, one in enumerate(made) if one.log}
-        self.outputs = np.array([self._output(one, *ends[i:i + 2]) for i, one in enumerate(made)], OUTPUT)
-        rows, record, output = [], address(self._io), address(self.outputs)
+        self.outputs = np.array([(*self._output(one, *ends[i:i + 2]), *reductions[i:i + 2])
+                                 for i, one in enumerate(made)], OUTPUT)
+        rows, record, output = [], address(self.io), address(self.outputs)
         for firing in schedule.firings:
             state, after = arrays[firing.state], output + OUTPUT.itemsize * len(firing.publications)
             part, start = (codes[firing.node].get(name) for name in (firing.part, "start"))
@@ -227,13 +245,15 @@ class Tables:
 
         record = place(made.record)
         return (0, made.period, place(made.written) + stamp_offset(made.signal), record, made.signal.dtype.itemsize, runs,
-                runs_end, place(made.visible), place(made.log), 0 if made.log else -1, made.log_period,
+                runs_end, place(made.visible), place(made.log), 0 if made.log_period else -1, made.log_period,
                 self.faults.channel(made), place(made.times))
 
     def begin(self, tick: int) -> None:
         """Let everything be due at its first tick from this one on."""
-        for rows in (self.holds, self.firings, self.outputs):
+        held = self.holds[:len(self.holds) - len(self._reels.rows)]
+        for rows in (held, self.firings, self.outputs):
             rows["next"] = -(-tick // rows["period"]) * rows["period"]
+        self._reels.begin(self.holds[len(held):], tick)
         logged = self.outputs["log_period"] > 0
         period = self.outputs["log_period"][logged]
         self.outputs["log_next"][logged] = -(-tick // period) * period
@@ -246,6 +266,10 @@ class Tables:
             table = getattr(self, name)
             control[name], control[f"{name}_end"] = address(table), address(table) + table.nbytes
         return control
+
+    def all(self) -> list[np.ndarray]:
+        """All tables, in an order that a schedule decides; ``io`` is one of addresses alone."""
+        return [self.io, self.holds, self.runs, self.outputs, self.reductions, self.firings, *self.faults.all()]
 
     def rewind(self) -> None:
         """As before the first tick; faults remember what they remember."""

@@ -24,13 +24,13 @@ from flight_graph.engines.addresses import (
 from flight_graph.engines.condition_steps import SECOND, holds, table
 from flight_math.noise import gaussian, uniform
 
-EFFECT = table("op begin end every span when when_end key each ticks bit target width count stamp buffer memory "
-               "acts cause again",
-               "value ramp chance")  # times [ns]; addresses: when, target, stamp, buffer, memory
+EFFECT = table("op begin end every span when* when_end* key each ticks bit target* width count stamp* buffer* memory* "
+               "acts* cause again",
+               "value ramp chance")  # times [ns]
 MEMORY = table("active onset latched since counted head filled")
-CHANNEL = table("origin record length visible effects effects_end delivered")
-OWN = table("ends ends_end effects effects_end channels channels_end parameters nominal parameters_size state fresh "
-            "state_size first is_down")  # of a firing; first: of the component's first part, in its second
+CHANNEL = table("origin* record* length visible* effects* effects_end* delivered")
+OWN = table("ends* ends_end* effects* effects_end* channels* channels_end* parameters* nominal* parameters_size state* "
+            "fresh* state_size first* is_down")  # of a firing; first: of the component's first part, in its second
 EFFECT_SIZE, CHANNEL_SIZE = EFFECT.itemsize, CHANNEL.itemsize
 
 FLAG, BIAS, SCALE, DRIFT, STUCK, HOLD, NOISE, QUANTISE, SATURATE, BIT_FLIP = range(10)

@@ -16,7 +16,6 @@ from flight_graph.engines.condition_steps import STEP
 from flight_graph.faults import fault_types as types
 from flight_graph.faults.conditions import Condition
 from flight_graph.faults.fault_set import FOREVER, Fault, FaultSet
-from flight_graph.faults.report import MONITORS, REPORT
 from flight_graph.graphs.events import Change
 from flight_graph.monitors.limit_checker import STATUS, request_port
 from flight_graph.monitors.monitor_set import Action, MonitorSet
@@ -94,7 +93,7 @@ def _op(fault: Fault) -> int:
 class NodeFaults:
     """The faults of one component, bound to the names of arrays.
 
-    node: with ``name`` and ``component``. irregular: whether it may fall silent.
+    node: with ``name`` and ``component``. irregular: whether it may fall silent; is_report: whether it reports them.
     """
 
     node: object
@@ -102,6 +101,7 @@ class NodeFaults:
     irregular: bool
     monitors: MonitorSet | None = None  # where the component is that of the monitors
     parameter_changes: tuple[Change, ...] = ()
+    is_report: bool = False
 
     def __post_init__(self):
         self._numbers = {id(fault): number for number, fault in enumerate(self.faults)}
@@ -126,7 +126,7 @@ class NodeFaults:
         mine = [fault for fault in self.faults if fault.place.port == port
                 and fault.place.kind in (types.OUTPUT, types.OUTPUT_MESSAGE)]
         found = tuple(self._effect(fault, record, signal) for fault in mine)
-        if self.node.name == REPORT:
+        if self.is_report:
             found = self._report(record, signal)
         elif self.monitors and port == STATUS:
             found = (*self._status(record, signal), *found)
@@ -137,10 +137,10 @@ class NodeFaults:
         return Channel(f"{self.node.name}.{port}", written, record, None, found)
 
     def _report(self, record, signal):
-        flags = [Effect(f"{REPORT}.{fault.id}", fault, effects.FLAG, record, signal.dtype.fields[fault.id][1], count=1,
-                        node=self.node.name, condition=fault.condition) for fault in self.faults]
-        changed = Effect(f"{REPORT} changed", self.faults[0], effects.ON_CHANGE, record, stamp=_stamp_offset(signal),
-                         kept=signal.dtype.itemsize)
+        flags = [Effect(f"{self.node.name}.{fault.id}", fault, effects.FLAG, record, signal.dtype.fields[fault.id][1],
+                        count=1, node=self.node.name, condition=fault.condition) for fault in self.faults]
+        changed = Effect(f"{self.node.name} changed", self.faults[0], effects.ON_CHANGE, record,
+                         stamp=_stamp_offset(signal), kept=signal.dtype.itemsize)
         return (*flags, changed)
 
     def _status(self, record, signal):
@@ -151,15 +151,15 @@ class NodeFaults:
             yield self._point(action.entry.id, effects.ACT, action.condition, record, signal, action)
 
     def _point(self, name, op, asked, record, signal, action=None):
-        return Effect(f"{MONITORS} {name}", None, op, record, signal.dtype.fields[name][1], count=1, node=self.node.name,
-                      condition=asked, action=action)
+        return Effect(f"{self.node.name} {name}", None, op, record, signal.dtype.fields[name][1], count=1,
+                      node=self.node.name, condition=asked, action=action)
 
     def _requests(self, port, written, record, signal):
         for action in self.monitors.actions:
             for component, mode in action.requests:
                 if request_port(component) == port:
                     status = self.node.component.outputs[STATUS].dtype.fields[action.entry.id][1]
-                    yield Effect(f"{MONITORS} {port} {action.entry.id}", None, effects.REQUEST, record,
+                    yield Effect(f"{self.node.name} {port} {action.entry.id}", None, effects.REQUEST, record,
                                  signal.dtype.fields["mode"][1], node=self.node.name, action=action, mode=mode,
                                  written=written, acts=(f"E_{self.node.name}.{STATUS}", status))
 
@@ -167,7 +167,7 @@ class NodeFaults:
         """The way of an input through its faults; None where it has none."""
         mine = [fault for fault in self.faults if fault.place.port == port
                 and fault.place.kind in (types.INPUT, types.INPUT_MESSAGE)]
-        if not mine or self.node.name == REPORT:
+        if not mine or self.is_report:
             return None
         name, signal = f"{self.node.name}.{port}", self.node.component.inputs[port]
         return Channel(name, origin, f"S_{name}", f"F_{name}",
@@ -175,7 +175,7 @@ class NodeFaults:
 
     def own(self, part: str, parameters: str, state: str, inputs: tuple[Channel, ...]) -> Own | None:
         """What the firing of a part looks at; None where there is nothing."""
-        if self.node.name == REPORT:
+        if self.is_report:
             return None
         component = self.node.component
         first = part == next(name for name in ("kernel", "output", "update") if getattr(component, name) is not None)
@@ -209,9 +209,11 @@ def of(faults: FaultSet | None, node) -> NodeFaults | None:
     if not faults or not faults.concerns(node.name):
         return None
     mine = faults.of(node.name)
-    silent = node.name == REPORT or any(fault.place.kind == types.COMPONENT for fault in mine)
-    return NodeFaults(node, mine, silent, faults.monitors if node.name == MONITORS else None,
-                      tuple(faults.changes.get(node.name, ())))
+    is_report = faults.is_report(node.name)
+    silent = is_report or any(fault.place.kind == types.COMPONENT for fault in mine)
+    return NodeFaults(node, mine, silent, faults.monitors_at(node.name), tuple(faults.changes.get(node.name, ())),
+                      is_report)
+
 
 
 def watched(node: str, other: str, port: str) -> str:

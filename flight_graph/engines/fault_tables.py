@@ -4,13 +4,10 @@ import numpy as np
 
 from flight_graph.engines import effects
 from flight_graph.engines.addresses import address
-from flight_graph.engines.condition_steps import DOUBLE, SIGNED, SINGLE, STEP, UNSIGNED
+from flight_graph.engines.condition_steps import STEP, number_kind
 from flight_graph.engines.effects import CHANNEL, EFFECT, OWN
 from flight_graph.engines.fault_schedule import watched
 from flight_graph.faults.fault_set import FOREVER
-
-_KINDS = {"<f8": DOUBLE, "<f4": SINGLE, "|b1": UNSIGNED}  # and whole numbers, by their letter
-_WHOLE = {"i": SIGNED, "u": UNSIGNED}
 
 
 class FaultTables:
@@ -26,6 +23,10 @@ class FaultTables:
         for firing in schedule.firings:
             if firing.own is not None:
                 self._owns[firing.node, firing.part] = self._own_row(firing)
+
+    def all(self) -> list[np.ndarray]:
+        """All its tables."""
+        return [*self._rows, *self._owns.values(), *self._channels.values()]
 
     def channel(self, made) -> int:
         """Address of the way of an output through its faults; 0: it has none."""
@@ -114,7 +115,7 @@ def fill(steps: np.ndarray, condition, place, epoch_ns: int) -> tuple[int, int]:
         row["epoch_ns"] = epoch_ns
         if step.field is not None:
             row["address"] = place(step) + step.field.offset
-            row["kind"] = _KINDS.get(step.field.dtype.str, _WHOLE.get(step.field.dtype.kind))
+            row["kind"] = number_kind(step.field.dtype)
             row["width"] = step.field.dtype.itemsize
     return at, at + steps.nbytes
 

@@ -37,8 +37,8 @@ def _initialise():
 
 @cache
 def _linker():
-    """JITLink puts all of an object into one piece of memory. LLVM's older loader maps code and constants apart, further than
-    the 2 GiB that position independent code reaches, in a process whose address space is crowded.
+    """JITLink puts all of an object into one piece of memory. LLVM's older loader maps code and constants apart, further
+    than the 2 GiB that position independent code reaches, in a process whose address space is crowded.
     """
     return llvm.create_lljit_compiler(target_machine(), use_jit_link=True)
 

@@ -19,13 +19,14 @@ from contextlib import contextmanager
 import llvmlite.binding as llvm
 from llvmlite import ir
 from numba import _dynfunc, config
-from numba.core import callconv, codegen, types
+from numba.core import callconv, codegen
 from numba.core.cpu import CPUContext
 from numba.core.dispatcher import Dispatcher
 from numba.core.lowering import BaseLower
 from numba.core.registry import cpu_target
 from numba.core.runtime import rtsys
 
+from flight_graph.engines.linked_code import BY_ADDRESS, CALLED, function_module, keep_only, part_module
 from flight_graph.engines.machine import target_machine
 from flight_graph.engines.stops import RAISED
 from flight_graph.errors import FlightError
@@ -34,39 +35,6 @@ from flight_math.errors import KernelError
 MAY_CALL = {"memset", "memcpy", "memmove", "floor", "ceil"}  # outside of itself: memory, and what is exact in any libm
 _CONTEXT = "_toplevel_target_context"
 _NEVER_CALLED = ctypes.cast(ctypes.pythonapi.PyErr_BadArgument, ctypes.c_void_p).value
-
-# Views of arrays inside of records are counted by numba, but they own no memory: nothing has to be counted.
-_NO_REFERENCE_COUNTS = """
-define linkonce_odr void @NRT_incref(ptr %memory) alwaysinline {{
-  ret void
-}}
-define linkonce_odr void @NRT_decref(ptr %memory) alwaysinline {{
-  ret void
-}}
-"""
-
-_ENTRY = """
-define void @{symbol}(i64 %t_ns, ptr noalias %p, ptr noalias %x, ptr noalias %io) {{
-  %returned = alloca [64 x i8], align 16
-  %raised = alloca i64
-{loads}
-  %status = call i32 @{inner}(ptr %returned, ptr %raised, {arguments})
-  %done = icmp eq i32 %status, 0
-  %none = icmp eq i32 %status, -2
-  %good = or i1 %done, %none
-  br i1 %good, label %end, label %stop
-stop:
-  %number = load i64, ptr %raised
-  %code = add i64 %number, {base}
-  %fault = getelementptr i8, ptr %x, i64 {fault}
-  store i64 %code, ptr %fault
-  br label %end
-end:
-  ret void
-}}
-declare i32 @{inner}(ptr, ptr, {types})
-"""
-
 
 class Library(codegen.CPUCodeLibrary):
     """Code as numba lowered it. raised: number -> sentence of each error that it may raise."""
@@ -214,58 +182,31 @@ def optimise(module, machine):
 
 
 def part_code(kernel, arguments: list, count: int, symbol: str, fault: int,
-              optimised=optimise) -> tuple[bytes, dict[int, str]]:
+              optimised=optimise, address_bits: int = 64) -> tuple[bytes, dict[int, str]]:
     """Object code of one part as the C function ``symbol``, and the sentences of the errors it may raise.
 
     arguments: numba's types of the kernel's arguments; count: of its inputs and outputs, each a pointer at the end of what
     numba makes of the arguments. fault: offset of the state's ``fault``, which takes `RAISED` plus the number of an error.
-    optimised(module, machine): the module that is emitted in the place of the linked one. Raises FlightError.
+    optimised(module, machine): the module that is emitted in the place of the linked one. address_bits: size of what ``io``
+    holds, where the code is for another processor. Raises FlightError.
     """
-    result = kernel.get_compile_result(types.void(*arguments))
-    loads = "\n".join(f"  %s{i}.at = getelementptr ptr, ptr %io, i64 {i}\n  %s{i} = load ptr, ptr %s{i}.at"
-                      for i in range(count))
-    names = ["i64 %t_ns"] * (arguments[0] == types.int64) + ["ptr %p", "ptr %x"] + [f"ptr %s{i}" for i in range(count)]
-    entry = _ENTRY.format(symbol=symbol, inner=f'"{result.fndesc.llvm_func_name}"', loads=loads, base=RAISED, fault=fault,
-                          arguments=", ".join(names), types=", ".join(name.split()[0] for name in names))
-    code, text = _emit(result.library, entry, symbol, optimised)
-    raised = _raised(result.library)
+    module, raised = part_module(kernel, arguments, count, symbol, fault, address_bits)
+    code, text = _emit(module, optimised)
     return code, {number: raised[number] for number in raised if str(number) in text or str(RAISED + number) in text}
 
 
 def function_code(function, signature, symbol: str) -> bytes:
     """Object code of a compiled function that raises nothing, as the C function ``symbol`` with its own arguments."""
-    result = function.get_compile_result(signature)
-    kinds = {types.int64: "i64", types.int32: "i32"}
-    names = [f"{kinds.get(kind, 'ptr')} %a{i}" for i, kind in enumerate(signature.args)]
-    entry = f"""
-define i64 @{symbol}({', '.join(names)}) {{
-  %returned = alloca i64
-  %raised = alloca i64
-  %status = call i32 @"{result.fndesc.llvm_func_name}"({', '.join(["ptr %returned", "ptr %raised", *names])})
-  %value = load i64, ptr %returned
-  ret i64 %value
-}}
-declare i32 @"{result.fndesc.llvm_func_name}"({', '.join(["ptr", "ptr", *(name.split()[0] for name in names)])})
-"""
-    return _emit(result.library, entry, symbol)[0]
+    module = function_module(function, signature, symbol)
+    if any(called.name in CALLED for called in module.functions):
+        module.link_in(llvm.parse_assembly(BY_ADDRESS))
+        keep_only(module, symbol)
+    return _emit(module)[0]
 
 
-def _raised(library):
-    return {number: sentence for reached in library.reached() for number, sentence in reached.raised.items()}
-
-
-def _emit(library, entry, symbol, optimised=optimise) -> tuple[bytes, str]:
+def _emit(module, optimised=optimise) -> tuple[bytes, str]:
     """Object code, and the optimised intermediate code as text."""
-    module, machine = llvm.parse_assembly(entry), target_machine()
-    for reached in library.reached():
-        module.link_in(reached._final_module, preserve=True)
-    if any(function.name == "NRT_decref" for function in module.functions):
-        module.link_in(llvm.parse_assembly(_NO_REFERENCE_COUNTS.format()))
-    module.triple, module.data_layout = machine.triple, str(machine.target_data)
-    for value in [*module.functions, *module.global_variables]:
-        if not value.is_declaration and value.name != symbol:
-            value.linkage = "internal"
-    module.verify()
+    machine = target_machine()
     module = optimised(module, machine)
     text = str(module)
     wrong = sorted(name for name in open_symbols(module) if name not in MAY_CALL)

@@ -9,6 +9,7 @@ import numpy as np
 from flight_graph.components.component import Component, kinds_of
 from flight_math.kernel import plain
 from flight_math.values import Kinds, view
+from msg_schemas.body_layout import leaves
 
 PARTS = ("start", "kernel", "output", "update")
 
@@ -63,13 +64,16 @@ def plain_arguments(component: type[Component], part: str, arrays: list[np.ndarr
     return arranged(component, part, given, lambda bundle, items: bundle(*items))
 
 
-def compiled_arguments(component: type[Component], part: str) -> list:
-    """Numba's types of the arguments of a part."""
+def compiled_arguments(component: type[Component], part: str, aligned: bool = False) -> list:
+    """Numba's types of the arguments of a part. aligned: records begin at multiples of eight bytes, so that the numbers in
+    them lie at multiples of their size: a machine that does not read across such borders reads them at once.
+    """
     from numba.core import types
     from numba.np.numpy_support import from_dtype
 
     from flight_math.values.compiled_views import ViewType
-    given = [ViewType(from_dtype(dtype), kinds) for dtype, kinds in records(component, part)]
+    found = records(component, part)
+    given = [ViewType(_twin(from_dtype(dtype), dtype) if aligned else from_dtype(dtype), kinds) for dtype, kinds in found]
     time = [types.int64] if part != "start" else []
 
     def bundle(cls, items):
@@ -77,3 +81,19 @@ def compiled_arguments(component: type[Component], part: str) -> list:
             return types.NamedUniTuple(items[0], len(items), cls)
         return types.NamedTuple(tuple(items), cls)
     return time + arranged(component, part, given, bundle)
+
+
+def _twin(record, dtype: np.dtype):
+    """Numba's type of the same record with its numbers at multiples of their size; as it is, where they are not."""
+    sizes = [number.base.itemsize for _, number, _, _ in leaves(dtype) if number.base.kind in "fiu"]
+    if any(offset % number.base.itemsize for _, number, offset, _ in leaves(dtype) if number.base.kind in "fiu"):
+        return record
+    fields, end = [], record.size
+    for name, found in record.fields.items():
+        kind = found.type
+        if dtype.fields[name][0].names:
+            kind = _twin(kind, dtype.fields[name][0])
+            end = max(end, found.offset + kind.size)
+        fields.append((name, {"type": kind, "offset": found.offset}))
+    widest = max(sizes, default=1)
+    return type(record)(fields, -(-end // widest) * widest, True)  # a size that NumPy takes; nothing follows

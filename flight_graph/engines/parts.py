@@ -55,7 +55,8 @@ def digest(*texts: str) -> str:
 
 @cache
 def _makers():
-    sources = [Path(__file__).with_name(name).read_bytes() for name in ("object_code.py", "machine.py")]
+    sources = [Path(__file__).with_name(name).read_bytes() for name in (
+        "linked_code.py", "object_code.py", "machine.py")]
     return [numba.__version__, llvmlite.__version__, np.__version__, hashlib.sha256(b"".join(sources)).hexdigest()]
 
 

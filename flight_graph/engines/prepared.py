@@ -16,11 +16,12 @@ from flight_graph.graphs.scenario import Scenario
 class PreparedRun:
     """The runs of scenarios of one structure: of the first one, and of those that a `graphs.variation.Variation` makes.
 
-    plan: (node, port) -> every how manieth message is logged; as the scenario says when left out.
+    plan: (node, port) -> every how manieth message is logged; as the scenario says when left out. The scenario's measures
+    are taken while a run flies, and need no log.
     """
 
     def __init__(self, scenario: Scenario, plan: dict | None = None):
-        self._run = CompiledRun(scenario, plan=plan)
+        self._run = CompiledRun(scenario, plan=plan, reducing=True)
         self._run.refuse_too_long_a_run(self._run.ticks)
         self._run.compile()
         self.plan, self.ticks = self._run.schedule.plan, self._run.ticks
@@ -35,7 +36,7 @@ class PreparedRun:
             self._slots.append(_Slot())
         mine = self._slots[slot]
         if scenario.faults:
-            run = CompiledRun(scenario, plan=self.plan, like=self._run)
+            run = CompiledRun(scenario, plan=self.plan, like=self._run, reducing=True)
             return mine.fresh(run, self.ticks)
         if mine.flight is None:
             mine.fresh(self._run, self.ticks)

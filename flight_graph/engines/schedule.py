@@ -5,7 +5,8 @@ Nothing here belongs to an engine: names stand for arrays. `flight_graph.engines
 
 The memory of a run is a dictionary of arrays: P_ and X_ (parameters and state of each node), O_ (what a node wrote to an
 output), V_ (what readers see of an output slower than its node), H_ (what an input that is delayed or unconnected
-holds), L_ (the log of an output). A dot, which is in no name, stands between node and port.
+holds), L_ (the log of an output), M_ (what a measure remembers). The last dot stands between node and port: a port's name
+has none.
 """
 
 from dataclasses import dataclass, field
@@ -14,8 +15,11 @@ import numpy as np
 
 from flight_graph.engines import effects, fault_schedule
 from flight_graph.engines.fault_schedule import Channel, Own
+from flight_graph.engines.reductions import MEMORY, Reduction
+from flight_graph.engines.tape import Tape
 from flight_graph.faults.fault_set import FaultSet
 from flight_graph.graphs.graph import Graph
+from flight_graph.graphs.measures import Measure
 from flight_graph.timebase import SECOND
 from msg_schemas.signal import Signal
 
@@ -31,11 +35,12 @@ class Hold:
 
 @dataclass(frozen=True)
 class Publication:
-    """What follows the firing that wrote an output, at every period-th tick: check, show to readers, log.
+    """What follows the firing that wrote an output, at every period-th tick: check, show to readers, log, reduce.
 
-    visible: the copy that readers see, where the output is slower than its node or its messages may be missing. log_period
-    [ticks]: 0 for no log. written: the record that the part writes, where faults stand between it and ``record``; channel:
-    the way through them; times: ticks of the logged messages, where they are not regular.
+    visible: the copy that readers see, where the output is slower than its node or its messages may be missing.
+    log_period [ticks]: of the log and of reductions, 0 for neither. written: the record that the part writes, where faults
+    stand between it and ``record``; channel: the way through them; times: ticks of the logged messages, where they are not
+    regular.
     """
 
     port: str
@@ -48,6 +53,7 @@ class Publication:
     written: str = ""
     channel: Channel | None = None
     times: str | None = None
+    reductions: tuple[Reduction, ...] = ()
 
     def log_rows(self, ticks: int) -> int:
         """Rows of the log of a run of so many ticks."""
@@ -74,19 +80,29 @@ class Firing:
 
 @dataclass
 class Schedule:
-    """The order of a tick. starts: (node, parameters, state) of the nodes with a start, run once before the first tick."""
+    """The order of a tick. starts: (node, parameters, state) of the nodes with a start, run once before the first tick.
+
+    tapes: of foreign nodes' outputs, played after the holds, before anything fires.
+    """
 
     graph: Graph
     plan: dict
     faults: FaultSet | None = None
+    measured: dict = field(default_factory=dict)
     starts: list[tuple[str, str, str]] = field(default_factory=list)
     holds: list[Hold] = field(default_factory=list)
     firings: list[Firing] = field(default_factory=list)
+    tapes: list[Tape] = field(default_factory=list)
 
     @classmethod
-    def of(cls, graph: Graph, plan: dict, faults: FaultSet | None = None) -> "Schedule":
-        """The schedule of a graph. plan: (node, port) -> every how manieth message goes into the log."""
-        schedule = cls(graph, plan, faults)
+    def of(cls, graph: Graph, plan: dict, faults: FaultSet | None = None,
+           measured: dict[tuple[str, str], tuple[int, list[Measure]]] | None = None,
+           tapes: dict | None = None) -> "Schedule":
+        """The schedule of a graph. plan: (node, port) -> every how manieth message goes into the log; measured: (node,
+        port) -> every how manieth is reduced, and to what; tapes: (node, port) -> (ticks, records) of what foreign nodes
+        said.
+        """
+        schedule = cls(graph, plan, faults, measured or {})
         for node in graph.nodes.values():
             if node.component.start is not None:
                 schedule.starts.append((node.name, f"P_{node.name}", f"X_{node.name}"))
@@ -96,7 +112,8 @@ class Schedule:
                 schedule.holds += [Hold(graph.ticks(node), fault_schedule.watched(node.name, *signal),
                                         schedule.shown(*signal))
                                    for signal in faults.watched(node.name)]
-        schedule.firings = [schedule._firing(step) for step in graph.order]
+        schedule.firings = [schedule._firing(step) for step in graph.order if not graph.nodes[step.node].is_foreign]
+        schedule.tapes = [Tape(*key, schedule.shown(*key), *found) for key, found in (tapes or {}).items()]
         return schedule
 
     def log_bytes(self, ticks: int) -> int:
@@ -128,6 +145,7 @@ class Schedule:
         arrays |= fault_schedule.memory(self.firings, components, arrays)
         for firing in self.firings:
             for made in firing.publications:
+                arrays |= {one.memory: np.zeros(1, MEMORY) for one in made.reductions}
                 if made.log is not None:
                     rows, old = made.log_rows(ticks), (logs or {}).get(made.log)
                     fits = old is not None and len(old) == rows and old.dtype == made.signal.dtype
@@ -159,19 +177,21 @@ class Schedule:
 
     def _publication(self, node, port, faults) -> Publication:
         logged, name = (node.name, port) in self.plan, f"{node.name}.{port}"
+        every, measures = self.measured.get((node.name, port), (self.plan.get((node.name, port), 0), ()))
         period = node.output_period_ns(port) // self.graph.base_ns
         channel = faults.output(port, f"O_{name}", f"E_{name}") if faults else None
         return Publication(
             port, node.component.outputs[port], period, f"E_{name}" if channel else f"O_{name}",
             f"V_{name}" if self._is_copied(node, port) else None,
-            f"L_{name}" if logged else None, period * self.plan[node.name, port] if logged else 0,
-            f"O_{name}", channel, f"T_{name}" if logged and self._is_irregular(node, port) else None)
+            f"L_{name}" if logged else None, period * every,
+            f"O_{name}", channel, f"T_{name}" if logged and self._is_irregular(node, port) else None,
+            tuple(Reduction(one, f"M_{one.name}") for one in measures))
 
     def _is_irregular(self, node, port) -> bool:
         return bool(self.faults) and self.faults.is_irregular(node.name, port)
 
     def _is_copied(self, node, port) -> bool:
-        return is_slower(node, port) or self._is_irregular(node, port)
+        return not node.is_foreign and (is_slower(node, port) or self._is_irregular(node, port))
 
     def shown(self, name: str, port: str) -> str:
         """The array that readers of an output see."""

@@ -62,6 +62,8 @@ class SteppedFlight(Flight):
         for hold in self._schedule.holds:
             if self._tick % hold.period == 0:
                 self.arrays[hold.target].view("u1")[:] = self.arrays[hold.origin].view("u1")
+        for tape in self._schedule.tapes:
+            tape.play(self._tick, self.arrays)
 
     def _fire_one(self, number, around) -> int:
         t_ns = self._tick * self._graph.base_ns

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flight_graph.components import names
 from flight_graph.errors import FlightError, unknown
 from flight_graph.faults import places
 from flight_graph.syntax import parse
@@ -54,8 +55,8 @@ class Condition:
 
 
 def condition(text: str, nodes: dict, where: str, own: dict[str, places.Field] | None = None) -> Condition:
-    """A condition over the outputs of a graph. nodes: name -> node; own: numbers of the record that it decides about, by
-    name.
+    """A condition over the outputs of a graph. nodes: name, as the text has it -> node; own: numbers of the record that it
+    decides about, by name.
 
     Raises FlightError.
     """
@@ -154,7 +155,7 @@ class _Maker:
             raise FlightError(f"{where}: {path} has {field.count} numbers; name one: {path}[0]")
         if field.dtype.str == "<u8":
             raise FlightError(f"{where}: {path} is a whole number of 64 bits without sign, which no float64 holds")
-        return self._step(READ, signal=(node, port), field=field)
+        return self._step(READ, signal=(self._nodes[node].name, port), field=field)
 
     def _age(self, text):
         node, port, path = self._signal(text)
@@ -162,10 +163,10 @@ class _Maker:
             raise FlightError(f"{self._where}: age is of messages; write age({node}.{port})")
         signal = self._nodes[node].component.outputs[port]
         stamp = places.entry(signal.dtype, f"{signal.stamp_path}.sec", self._where)
-        return self._step(AGE, signal=(node, port), field=stamp)
+        return self._step(AGE, signal=(self._nodes[node].name, port), field=stamp)
 
     def _signal(self, text):
-        first, _, rest = text.partition(".")
+        first, rest = names.split(text, self._nodes)
         port, _, path = rest.partition(".")
         if first in self._nodes:
             outputs = self._nodes[first].component.outputs

@@ -13,7 +13,7 @@ from flight_graph.faults.conditions import Condition, condition
 from flight_graph.faults.fault_file import FaultEntry
 from flight_graph.faults.fault_types import SPARE, TYPES, FaultType
 from flight_graph.faults.places import Place, place
-from flight_graph.faults.report import MONITORS, REPORT
+from flight_graph.faults.report import REPORT
 from flight_graph.timebase import SECOND
 from flight_math.noise import stream_key
 from msg_schemas.qos import Role
@@ -61,49 +61,68 @@ class Fault:
 class FaultSet:
     """All faults of a graph. Raises FlightError, which begins with ``where`` and the fault's id.
 
-    nodes: name -> node, as in a graph; seed: of the scenario. monitors: a `MonitorSet`, which stands in the schedule in
-    the same way: it watches signals, and sets parameters as faults do. epoch_ns: stamp of t = 0. is_live: faults may be
-    injected while the graph runs, so any message may be missing. changes: node -> the changes of its parameters in time
-    (`flight_graph.graphs.events`), which stand in the schedule in the same way too.
+    nodes: name, as the entries have it -> node of the graph; seed: of the scenario. monitors: a `MonitorSet`, which stands
+    in the schedule in the same way: it watches signals, and sets parameters as faults do. epoch_ns: stamp of t = 0.
+    is_live: faults may be injected while the graph runs, so any message may be missing. changes: node -> the changes of
+    its parameters in time
+    (`flight_graph.graphs.events`), which stand in the schedule in the same way too. vehicles: the sets of the vehicles in
+    the graph, by name, each with its own report and monitors.
     """
 
     def __init__(self, entries: list[FaultEntry], nodes: dict, seed: int, where: str, monitors=None, epoch_ns: int = 0,
-                 is_live: bool = False, changes: dict | None = None):
-        self.is_live, self.changes = is_live, changes or {}
+                 is_live: bool = False, changes: dict | None = None, vehicles: dict | None = None):
+        self.is_live, self.changes, self.vehicles = is_live, changes or {}, vehicles or {}
         self.nodes, self.entries, self.monitors, self.epoch_ns = nodes, entries, monitors, epoch_ns
         self.faults = [_fault(entry, nodes, seed, f"{where}.{entry.id}") for entry in entries]
-        _refuse_contradictions(self.faults, where)
+        self._report = (nodes[REPORT].name if REPORT in nodes else REPORT) if self.faults else None
+        _refuse_contradictions([fault for one in self.parts() for fault in one.faults], where)
 
     def __bool__(self):
-        return bool(self.faults or self.monitors or self.is_live or self.changes)
+        return bool(self.faults or self.monitors or self.is_live or self.changes or any(self.vehicles.values()))
+
+    def parts(self):
+        """Yield this set and those of all vehicles in it."""
+        yield self
+        for one in self.vehicles.values():
+            yield from one.parts()
+
+    def is_report(self, node: str) -> bool:
+        """Whether a component reports faults."""
+        return any(node == one._report for one in self.parts())
+
+    def monitors_at(self, node: str):
+        """The monitors that a component is; None where it is none."""
+        return next((one.monitors for one in self.parts() if one.monitors and one.monitors.node == node), None)
 
     def of(self, node: str) -> list[Fault]:
-        """What belongs to a component's firings: commands of monitors, faults in the order of the file; to the report,
-        all.
+        """What belongs to a component's firings: commands of monitors, faults in the order of the file, then those of
+        vehicles; to a report, all that it reports.
         """
-        if node == REPORT:
-            return self.faults
-        commands = self.monitors.commands.get(node, []) if self.monitors else []
-        return [*commands, *(fault for fault in self.faults if fault.place.node == node)]
+        found = []
+        for one in self.parts():
+            if node == one._report:
+                return one.faults
+            found += one.monitors.commands.get(node, []) if one.monitors else []
+            found += [fault for fault in one.faults if fault.place.node == node]
+        return found
 
     def watched(self, node: str) -> list[tuple[str, str]]:
         """The (node, port) that are read where a component fires: by conditions of its faults, by watchpoints."""
-        if self.monitors and node == MONITORS:
-            return list(dict.fromkeys([*self.monitors.signals, *watched(self.of(node))]))
-        return watched(self.of(node))
+        monitors = self.monitors_at(node)
+        return list(dict.fromkeys([*(monitors.signals if monitors else ()), *watched(self.of(node))]))
 
     def concerns(self, node: str) -> bool:
         """Whether a component's firings look at anything here."""
-        return self.is_live or node in self.changes or bool(self.of(node)) or (
-            self.monitors is not None and node == MONITORS)
+        return self.is_live or node in self.changes or bool(self.of(node)) or self.monitors_at(node) is not None
 
-    def of_components(self) -> dict[str, Fault]:
-        """id -> fault, of those of whole components."""
-        return {fault.id: fault for fault in self.faults if fault.place.kind == types.COMPONENT and fault.type is not SPARE}
+    def of_components(self) -> list[Fault]:
+        """Those of whole components."""
+        return [fault for one in self.parts() for fault in one.faults
+                if fault.place.kind == types.COMPONENT and fault.type is not SPARE]
 
     def is_irregular(self, node: str, port: str) -> bool:
         """Whether messages of an output may be missing, late or double."""
-        return self.is_live or node == REPORT or any(
+        return self.is_live or self.is_report(node) or any(
             fault.place.kind == types.COMPONENT or (fault.place.kind == types.OUTPUT_MESSAGE and fault.place.port == port)
             for fault in self.of(node))
 
@@ -116,8 +135,12 @@ def watched(faults: list[Fault]) -> list[tuple[str, str]]:
 def _fault(entry, nodes, seed, where) -> Fault:
     if entry.type == SPARE.name:
         return Fault(entry, Place(types.COMPONENT, REPORT), Window(FOREVER, FOREVER, 0, 0), None, 0)
-    found = place(entry.at, {name: one for name, one in nodes.items() if name != REPORT}, f"{where}.at")
-    kind, node = TYPES[entry.type], nodes[found.node]
+    breakable = {name: one for name, one in nodes.items() if name.rpartition(".")[2] != REPORT}
+    found = place(entry.at, breakable, f"{where}.at")
+    kind, node = TYPES[entry.type], next(one for one in breakable.values() if one.name == found.node)
+    if node.component.is_foreign:
+        raise FlightError(f"{where}.at: {found.node} is a foreign node, which nothing here can break; break what it reads "
+                          "where that is published, or its answers where they are read")
     _refuse_truth(entry, found, node, where)
     if found.kind not in kind.places:
         raise FlightError(f"{where}: {entry.type} has no meaning for {found.kind} ({entry.at}); allowed there: "

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flight_graph.components import names
 from flight_graph.errors import FlightError, unknown
 from flight_graph.faults import fault_types as types
 from flight_graph.text_files import short
@@ -52,11 +53,14 @@ class Place:
 
 
 def place(text: str, nodes: dict, where: str) -> Place:
-    """The place that a text names in a graph. nodes: name -> node. Raises FlightError with the nearest names."""
+    """The place that a text names in a graph. nodes: name, as the text has it -> node.
+
+    Raises FlightError with the nearest names.
+    """
     if _ARROW in text:
         reader, _, rest = (part.strip() for part in text.partition(_ARROW))
         return _input(_node(reader, nodes, where), rest, where)
-    name, _, rest = text.strip().partition(".")
+    name, rest = names.split(text.strip(), nodes)
     node = _node(name, nodes, where)
     if not rest:
         return Place(types.COMPONENT, node.name)
@@ -129,7 +133,7 @@ def _strides(shape):
 
 
 def _node(name, nodes, where):
-    if not re.fullmatch("[A-Za-z_][A-Za-z0-9_]*", name):
+    if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*", name):
         raise FlightError(f"{where}: '{short(name)}' is no component; a place is {_FORMS}")
     if name not in nodes:
         raise unknown("component", name, nodes, where)

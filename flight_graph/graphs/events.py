@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from flight_graph.components import declared
+from flight_graph.components import declared, names
 from flight_graph.errors import FlightError, unknown
 from flight_graph.timebase import SECOND
 
@@ -49,7 +49,7 @@ def changes(entries, nodes: dict, where: str, folder: Path | None) -> dict[str, 
     for number, entry in sorted(enumerate(entries), key=lambda item: item[1].at_s):
         here, begin_ns, by_node = f"{where}[{number}].set", round(entry.at_s * SECOND), {}
         for key, value in entry.set.items():
-            name, _, parameter = key.partition(".")
+            name, parameter = names.split(key, nodes)
             _refuse(name, parameter, nodes, here)
             if seen.setdefault((key, begin_ns), number) != number:
                 raise FlightError(f"{here}: {key} is set at {entry.at_s:g} s by {where}[{seen[key, begin_ns]}] as well")

@@ -1,8 +1,8 @@
 """Parameters that follow from other components: ``gravity: "= plant.gravity"`` in a scenario or behind ``--set``.
 
 What stands behind the equals sign is arithmetic (+ - * / **), the functions and pi below, lists, and parameters of
-other components, ``component.parameter`` or ``component.parameter[0]``. It is worked out once, before the run, from
-the other component's final values; the bag carries the number.
+other components, ``component.parameter`` or ``component.parameter[0]``, of a vehicle's ``rover_a.plant.gravity``. It is
+worked out once, before the run, from the other component's final values; the bag carries the number.
 """
 
 import ast
@@ -10,6 +10,7 @@ import math
 import operator
 from functools import lru_cache
 
+from flight_graph.components import names
 from flight_graph.errors import FlightError, unknown
 from flight_graph.syntax import parse
 from flight_graph.text_files import short
@@ -38,10 +39,11 @@ def is_expression(value) -> bool:
     return isinstance(value, str) and value.lstrip().startswith("=")
 
 
-def references(text: str, where: str) -> set[str]:
-    """Names of the components that an expression reads."""
-    return {node.value.id for node in ast.walk(_parsed(text, where))
-            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name)}
+def references(text: str, components, where: str) -> set[str]:
+    """Names of the components that an expression reads. components: the names that there are."""
+    paths = {path for node in ast.walk(_parsed(text, where)) if (path := _path(node)) and "." in path}
+    return {names.split(path, components)[0] for path in paths
+            if not any(other.startswith(f"{path}.") for other in paths)}
 
 
 def evaluate(text: str, components: dict[str, dict], where: str):
@@ -67,6 +69,14 @@ def _parsed(text, where):
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         raise FlightError(f"{where}: '{short(text)}' is no expression of at most {LONGEST} characters; write for example "
                           "'= 2 * plant.gravity'") from None
+
+
+def _path(node) -> str:
+    """``a.b.c`` of words with dots between them; nothing of anything else."""
+    if isinstance(node, ast.Name):
+        return node.id
+    above = _path(node.value) if isinstance(node, ast.Attribute) else ""
+    return f"{above}.{node.attr}" if above else ""
 
 
 def _number(node, components, where):
@@ -95,12 +105,12 @@ def _value(node, components, where):
         return FUNCTIONS[node.func.id](*[_value(item, components, where) for item in node.args])
     if isinstance(node, ast.Subscript):
         return _value(node.value, components, where)[_value(node.slice, components, where)]
-    if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
-        if node.value.id not in components:
-            raise unknown("component", node.value.id, components, where)
-        values = components[node.value.id]
-        if node.attr not in values:
-            raise unknown("parameter", node.attr, values, f"{where}: {node.value.id}")
-        return values[node.attr]
+    if isinstance(node, ast.Attribute) and (path := _path(node)):
+        name, parameter = names.split(path, components)
+        if name not in components:
+            raise unknown("component", name, components, where)
+        if parameter not in components[name]:
+            raise unknown("parameter", parameter, components[name], f"{where}: {name}")
+        return components[name][parameter]
     raise FlightError(f"{where}: '{short(ast.unparse(node))}' is not allowed in an expression; allowed: numbers, + - * / "
                       f"**, {', '.join(FUNCTIONS)}, pi, lists and component.parameter")

@@ -23,35 +23,51 @@ METRICS = (
 )
 
 
-def scores(scenario, signals) -> dict:
+def scores(scenario, signals, from_above: list | None = None) -> dict:
     """The scores of a run; {} where its scenario has neither faults nor monitors, or did not record them.
 
-    signals: a mapping topic -> structured array, as for `flight_graph.graphs.metrics.compute`.
+    signals: a mapping topic -> structured array, as for `flight_graph.graphs.metrics.compute`; from_above: what `strikes`
+    says of the scenarios that include this one, None where none of their faults is of this vehicle.
     """
-    found, faults = {}, scenario.faults
-    onset = None
-    if faults.faults:
-        if REPORT not in signals:
-            return {}
-        onset, failed = _onset(scenario, signals[REPORT])
-        found["fault_onset_s"] = onset
-    if faults.monitors and MONITORS in signals:
-        found |= _judged(scenario, signals[MONITORS], onset, failed if faults.faults else set())
+    if scenario.faults.faults and REPORT not in signals:
+        return {}
+    struck = [*strikes(scenario, signals), *(from_above or [])]
+    onset = min((time for time, _ in struck if time is not None), default=None)
+    found = {"fault_onset_s": onset} if scenario.faults.faults or from_above is not None else {}
+    if scenario.faults.monitors and MONITORS in signals:
+        found |= _judged(scenario, signals[MONITORS], onset, {unit for time, unit in struck if time is not None})
     return found | _modes(scenario, signals)
+
+
+def strikes(scenario, signals, vehicle: str = "") -> list[tuple[float | None, str]]:
+    """(when it first became active [s], None: never; the unit that fails) of each fault of a scenario, but for those of its
+    vehicles; of those in one vehicle alone where it is named, with the unit as that has it.
+    """
+    if REPORT not in signals:
+        return []
+    report, inside = signals[REPORT], f"{vehicle}." if vehicle else ""
+    at, found = times(scenario, report), []
+    for fault in scenario.faults.faults:
+        if fault.place.node.startswith(inside):
+            active = np.flatnonzero(report[fault.id] > 0.0)
+            found.append((float(at[active[0]]) if len(active) else None, fault.unit.removeprefix(inside)))
+    return found
+
+
+def in_vehicle(scenario, signals, vehicle: str, from_above: list | None = None) -> list | None:
+    """What `scores` of a vehicle take from above: strikes of the scenario and of those that include it."""
+    inside = f"{vehicle}."
+    higher = None if from_above is None else [(time, unit.removeprefix(inside)) for time, unit in from_above
+                                              if unit.startswith(inside)]
+    if REPORT not in signals or not any(fault.place.node.startswith(inside) for fault in scenario.faults.faults):
+        return higher or None
+    return [*strikes(scenario, signals, vehicle), *(higher or [])]
 
 
 def times(scenario, records) -> np.ndarray:
     """The stamps (n,) of records [s] since the start of the run."""
     stamp = records["header"]["stamp"]
     return ((stamp["sec"].astype(np.int64) * SECOND + stamp["nanosec"]) - scenario.epoch_ns) / SECOND
-
-
-def _onset(scenario, report):
-    """When the first fault became active, and the units that failed in the run."""
-    active = np.array([report[fault.id] > 0.0 for fault in scenario.faults.faults])
-    failed = {fault.unit for fault, row in zip(scenario.faults.faults, active) if row.any()}
-    first = np.flatnonzero(active.any(axis=0))
-    return (float(times(scenario, report)[first[0]]) if len(first) else None), failed
 
 
 def _judged(scenario, status, onset, failed):

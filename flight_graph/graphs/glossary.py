@@ -13,15 +13,16 @@ declaration says what that means. A metric that no run of this graph can have is
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from flight_graph.components import names, namespaces
 from flight_graph.graphs import fault_scores, measures, metrics
 from flight_graph.graphs.fault_scores import times
-from flight_graph.graphs.metric_entry import MetricEntry, flag, number, word
+from flight_graph.graphs.metric_entry import Alarm, MetricEntry, flag, number, word
 
-__all__ = ["Glossary", "LandingPoints", "MetricEntry", "Trace", "flag", "number", "of", "recorded", "word"]
+__all__ = ["Alarm", "Glossary", "LandingPoints", "MetricEntry", "Trace", "flag", "number", "of", "recorded", "word"]
 
 
 @dataclass(frozen=True)
@@ -62,15 +63,29 @@ class Glossary:
 
 
 def of(scenario) -> Glossary:
-    """The glossary of a scenario: that of its metrics function's module, its measures, and the scores of faults.
+    """The glossary of a scenario: that of its metrics function's module, its measures, the scores of faults, and those of
+    its vehicles with their names in front.
 
     Raises FlightError.
     """
     function = metrics.of(scenario)
     declared = {} if function is None else function.__globals__
-    entries = (*fault_scores.METRICS, *measures.entries(scenario.measures), *declared.get("METRICS", ()))
-    return Glossary({entry.name: entry for entry in entries}, tuple(declared.get("TRACES", ())), declared.get("LANDING"),
-                    function is None or "METRICS" in declared)
+    entries = [*fault_scores.METRICS, *measures.entries(scenario.measures), *declared.get("METRICS", ())]
+    traces, is_declared = list(declared.get("TRACES", ())), function is None or "METRICS" in declared
+    for name, vehicle in scenario.vehicles.items():
+        inside = of(vehicle)
+        entries += [replace(one, name=names.joined(name, one.name)) for one in inside.metrics.values()]
+        traces += [_inside(one, name, vehicle) for one in inside.traces]
+        is_declared = is_declared and inside.is_declared
+    return Glossary({entry.name: entry for entry in entries}, tuple(traces), declared.get("LANDING"), is_declared)
+
+
+def _inside(trace: Trace, name: str, vehicle) -> Trace:
+    """The trace of a vehicle as one of the whole."""
+    def function(scenario, signals):
+        return trace.function(scenario.vehicles[name], metrics.Inside(signals, name))
+    return replace(trace, name=names.joined(name, trace.name), function=function,
+                   topics=tuple(namespaces.topic_within(topic, name) for topic in trace.topics))
 
 
 def recorded(name: str, unit: str, meaning: str, topic: str, field: str, scale: float = 1.0,

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from math import gcd
 
 from flight_graph.components.component import Component
+from flight_graph.components.namespaces import SHARED
 from flight_graph.errors import FlightError, unknown
 from flight_graph.timebase import period_ns
 from msg_schemas.signal import Signal
@@ -30,6 +31,11 @@ class Node:
     inputs: dict[str, Edge] = field(default_factory=dict)
 
     @property
+    def is_foreign(self) -> bool:
+        """Whether it stands for a node that is not ours."""
+        return self.component.is_foreign
+
+    @property
     def period_ns(self) -> int:
         return period_ns(self.rate_hz, f"{self.name}.rate_hz")
 
@@ -47,7 +53,9 @@ class Node:
 
 @dataclass(frozen=True)
 class Step:
-    """One entry of the order within a tick. part: ``kernel``, ``output`` or ``update``."""
+    """One entry of the order within a tick. part: ``kernel``, ``output``, ``update``, or ``foreign``: what a foreign node
+    says.
+    """
 
     node: str
     part: str
@@ -70,6 +78,8 @@ class Graph:
             if period % self.base_ns:
                 raise FlightError(
                     f"{name}.rate_hz: its period of {period} ns is no multiple of the base tick of {self.base_ns} ns")
+        if all(node.is_foreign for node in nodes):
+            raise FlightError("all components are foreign nodes; a graph has at least one of its own, which sets the time")
         self._check_topics()
         self._wire(connections or {})
         self.order = self._sorted_steps()
@@ -86,9 +96,9 @@ class Graph:
 
     @property
     def clock_master(self) -> str:
-        """The node that sets the time over ROS: the first that moves with it, or the first."""
+        """The node that sets the time over ROS: the first that moves with it, or the first of our own."""
         moving = (node.name for node in self.nodes.values() if node.component.update is not None)
-        return next(moving, next(iter(self.nodes)))
+        return next(moving, next(node.name for node in self.nodes.values() if not node.is_foreign))
 
     def ticks(self, node: Node) -> int:
         """Period of a node in ticks."""
@@ -108,7 +118,7 @@ class Graph:
             topics = [signal.topic] + [made.topic for made in node.component.formatted if made.port == port]
             for topic in topics:
                 other = seen.setdefault(topic, f"{node.name}.{port}")
-                if other != f"{node.name}.{port}" and topic not in _SHARED:
+                if other != f"{node.name}.{port}" and topic not in SHARED:
                     raise FlightError(f"{node.name}.{port} and {other} both publish '{topic}'; one topic has one source")
 
     def _wire(self, connections):
@@ -138,6 +148,8 @@ class Graph:
             raise unknown("component", edge.node, self.nodes, where)
         if edge.port not in self.nodes[edge.node].component.outputs:
             raise unknown("output", edge.port, self.nodes[edge.node].component.outputs, f"{where}: {edge.node}")
+        if edge.delay and node.is_foreign:
+            raise FlightError(f"{where}: a foreign node takes what it takes; give the delay to who reads its answers")
         if edge.delay not in (0, 1):
             raise FlightError(f"{where}: a delay of {edge.delay} ticks is not allowed; allowed: 0 or 1")
         source = self.signal(edge.node, edge.port)
@@ -150,9 +162,10 @@ class Graph:
     def _sorted_steps(self):
         steps, after = [], {}
         for node in self.nodes.values():
-            parts = ["kernel"] if node.component.kernel is not None else ["output", "update"]
-            steps += [Step(node.name, part) for part in parts
-                      if part == "kernel" or getattr(node.component, part) is not None]
+            component = node.component
+            parts = ["foreign"] if node.is_foreign else [
+                part for part in ("kernel", "output", "update") if getattr(component, part) is not None]
+            steps += [Step(node.name, part) for part in parts]
         source_step = {step.node: step for step in steps if step.part != "update"}
         for step in steps:
             after[step] = set()
@@ -178,6 +191,3 @@ class Graph:
         names = [step.node for step in reversed(path[path.index(path[-1]):])]
         return (f"loop without delay: {' -> '.join(names)}; give one of these edges a delay of 1 tick "
                 f"(connect: {{{names[1]}.<input>: {{from: {names[0]}.<output>, delay: 1}}}})")
-
-
-_SHARED = ("diagnostics", "tf", "tf_static")  # topics that many nodes publish by convention

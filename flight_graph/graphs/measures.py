@@ -14,7 +14,11 @@ settling    last time [s] at which the value is more than ``within`` away from `
 
 What is reduced is a field, as in faults: ``component.output.field[i]``. Of several numbers ``of`` says what counts:
 ``value`` (each of them; the largest of all), ``absolute`` (their sizes), ``squared`` (the sum of their squares), ``norm``.
-Where a record is thinned, the messages that are recorded count.
+Where a record is thinned, the messages that are recorded count. All is computed in float64, and summed in the order of
+time.
+
+`Measure.of` is the definition, over the messages of a bag or a recording. A campaign takes the same numbers while its runs
+fly, without a log (`flight_graph.engines.reductions`).
 """
 
 from dataclasses import dataclass
@@ -30,6 +34,7 @@ from flight_graph.text_files import short
 from flight_graph.timebase import SECOND
 
 KINDS = ("largest", "least", "final", "integral", "first", "settling")
+COUNTED = ("value", "absolute", "squared", "norm")
 
 
 class MeasureEntry(BaseModel):
@@ -42,7 +47,7 @@ class MeasureEntry(BaseModel):
     integral: str | None = None
     first: str | None = None
     settling: str | None = None
-    of: Literal["value", "absolute", "squared", "norm"] = "value"
+    of: Literal[COUNTED] = "value"
     above: float | None = Field(None, allow_inf_nan=False)
     below: float | None = Field(None, allow_inf_nan=False)
     within: float | None = Field(None, gt=0, allow_inf_nan=False)
@@ -63,13 +68,16 @@ class MeasureEntry(BaseModel):
 
 @dataclass(frozen=True)
 class Measure:
-    """A checked entry. place: its field in the graph; topic: of the signal; end_s: of the run."""
+    """A checked entry. node, port, topic: of the signal; path, field: the numbers in it; stamp: the path of its stamp."""
 
     name: str
     entry: MeasureEntry
     kind: str
+    node: str
+    port: str
     topic: str
     path: str
+    field: places.Field
     stamp: str
 
     def of(self, records: np.ndarray, epoch_ns: int, duration_ns: int) -> float | None:
@@ -79,11 +87,11 @@ class Measure:
         values, entry = self._values(records), self.entry
         if self.kind in ("largest", "least", "final"):
             reduce = np.min if self.kind == "least" else np.max
-            return float(reduce(values[-1:] if self.kind == "final" else values))
+            return float(reduce(values[-1:] if self.kind == "final" else values)) + 0.0  # zero has no sign
         t = _times(records, self.stamp, epoch_ns)
         if self.kind == "integral":
             held = np.diff(t, append=duration_ns / SECOND)
-            return float((values.sum(axis=1) * held).sum())
+            return float(_in_order(_in_order(values, 1) * held, 0)) + 0.0
         if self.kind == "first":
             met = values > entry.above if entry.above is not None else values < entry.below
             found = np.flatnonzero(met.any(axis=1))
@@ -94,10 +102,10 @@ class Measure:
         return float(t[away[-1]]) if len(away) else 0.0
 
     def _values(self, records):
-        values = _field(records, self.path).reshape(len(records), -1)
+        values = _field(records, self.path).reshape(len(records), -1).astype(float)
         if self.entry.of in ("value", "absolute"):
             return np.abs(values) if self.entry.of == "absolute" else values
-        squared = (values * values).sum(axis=1, keepdims=True)
+        squared = _in_order(values * values, 1)[:, None]
         return np.sqrt(squared) if self.entry.of == "norm" else squared
 
 
@@ -128,7 +136,7 @@ def _measure(name, given, nodes, where) -> Measure:
     if kind == "final" and entry.of == "value" and found.field.count > 1:
         raise FlightError(f"{where}.final: '{entry.final}' has {found.field.count} numbers; name one of them, "
                           f"{entry.final}[0], or say of: absolute, squared or norm")
-    return Measure(name, entry, kind, signal.topic, found.path, signal.stamp_path)
+    return Measure(name, entry, kind, found.node, found.port, signal.topic, found.path, found.field, signal.stamp_path)
 
 
 def compute(measures: list[Measure], scenario, signals) -> dict[str, float | None]:
@@ -149,6 +157,11 @@ def entries(measures: list[Measure]) -> list[MetricEntry]:
         found.append(number(one.name, unit, meaning, "it does not happen, or was not recorded", headline=True,
                             smallest_is_worst=one.kind == "least"))
     return found
+
+
+def _in_order(values, axis):
+    """The sum along an axis, one after the other; NumPy's own groups them as it likes."""
+    return np.add.accumulate(values, axis=axis).take(-1, axis=axis)
 
 
 def _field(records, path):

@@ -5,24 +5,67 @@ import traceback
 from contextlib import contextmanager
 from pathlib import Path
 
-from flight_graph.components import functions
-from flight_graph.errors import FlightError
+from flight_graph.components import functions, names, namespaces
+from flight_graph.errors import FlightError, unknown
 from flight_graph.graphs import fault_scores, measures
 from flight_graph.graphs.scenario import Scenario
 
 
-def compute(scenario: Scenario, signals, finite: bool = True) -> dict:
+def compute(scenario: Scenario, signals, finite: bool = True, reduced: dict | None = None,
+            from_above: list | None = None) -> dict:
     """Return the metrics of a run by name, in plain types: those of the scenario's function, if it names one, its
     measures, and the scores of its faults and monitors (`flight_graph.graphs.fault_scores`).
 
+    Those of a vehicle have its name in front: ``rover_a.settling_time_s``.
+
     signals: a mapping topic -> structured array (a Recording, or a bag's signals). A metric that this run does not have is
     None; units and meanings: `flight_graph.graphs.glossary`. finite: NaN and infinity, which are no numbers either, become
-    None, as JSON has neither.
+    None, as JSON has neither. reduced: the measures by name, where they were taken while the run flew. from_above: of a
+    vehicle, as for `flight_graph.graphs.fault_scores.scores`.
     """
+    found = _own(scenario, signals, finite, reduced, from_above)
+    for name, vehicle in scenario.vehicles.items():
+        struck = fault_scores.in_vehicle(scenario, signals, name, from_above)
+        inside = compute(vehicle, Inside(signals, name), finite, None, struck)
+        found |= {names.joined(name, key): value for key, value in inside.items()}
+    return found
+
+
+class Inside:
+    """The signals of a vehicle, by the names that they have in its own scenario."""
+
+    def __init__(self, signals, vehicle: str):
+        self._signals, self._vehicle = signals, vehicle
+
+    def __contains__(self, topic: str) -> bool:
+        return self._whole(topic) in self._signals
+
+    def __getitem__(self, topic: str):
+        return self._signals[self._whole(topic)]
+
+    def get(self, topic: str, default=None):
+        """The records of a topic, or the default where there are none."""
+        return self[topic] if topic in self else default
+
+    def _whole(self, topic):
+        return namespaces.topic_within(topic.lstrip("/"), self._vehicle)
+
+
+def vehicle_of(scenario: Scenario, signals, path: str) -> tuple[Scenario, Inside]:
+    """The scenario of a vehicle, ``rover_a`` or ``fleet.rover_a``, and its signals. Raises FlightError."""
+    for name in path.split("."):
+        if name not in scenario.vehicles:
+            raise unknown("vehicle", name, scenario.vehicles, scenario.name)
+        scenario, signals = scenario.vehicles[name], Inside(signals, name)
+    return scenario, signals
+
+
+def _own(scenario, signals, finite, reduced, from_above):
+    """Of a scenario without its vehicles."""
     function = of(scenario)
     measured = {name: _plain(value, f"{scenario.origin}: measures.{name}", finite)
-                for name, value in measures.compute(scenario.measures, scenario, signals).items()}
-    scored = fault_scores.scores(scenario, signals) | measured
+                for name, value in _measured(scenario, signals, reduced).items()}
+    scored = fault_scores.scores(scenario, signals, from_above) | measured
     if function is None:
         return scored
     with told(f"{scenario.origin}: metrics: '{scenario.file.metrics}'"):
@@ -35,6 +78,12 @@ def compute(scenario: Scenario, signals, finite: bool = True) -> dict:
                           "too")
     return scored | {str(name): _plain(value, f"{scenario.origin}: metrics: '{scenario.file.metrics}' gives {name}", finite)
                      for name, value in found.items()}
+
+
+def _measured(scenario, signals, reduced):
+    if reduced is None:
+        return measures.compute(scenario.measures, scenario, signals)
+    return {one.name: reduced.get(one.name) for one in scenario.measures}
 
 
 @contextmanager
@@ -51,14 +100,23 @@ def told(where: str):
 
 
 def of(scenario: Scenario):
-    """The metrics function of a scenario; None when it names none. Raises FlightError: ask for it before a run."""
+    """The metrics function of a scenario; None when it names none. Raises FlightError."""
     return load(scenario.file.metrics, f"{scenario.origin}: metrics", scenario.folder) if scenario.file.metrics else None
+
+
+def check(scenario: Scenario) -> None:
+    """Load the metrics functions of a scenario and its vehicles. Raises FlightError: call it before a run."""
+    of(scenario)
+    for vehicle in scenario.vehicles.values():
+        check(vehicle)
 
 
 def figure(scenario: Scenario):
     """The function that draws a scenario's figure. Raises FlightError when it names none."""
     if not scenario.file.figure:
-        raise FlightError(f"{scenario.name} names no figure")
+        drawn = [name for name, vehicle in scenario.vehicles.items() if vehicle.file.figure]
+        raise FlightError(f"{scenario.name} names no figure" + (
+            f"; its vehicles {', '.join(drawn)} do: --vehicle {drawn[0]}" if drawn else ""))
     return load(scenario.file.figure, f"{scenario.origin}: figure", scenario.folder)
 
 

@@ -7,6 +7,7 @@ from flight_graph.components import parameter_file
 from flight_graph.components.foreign import Consent, agree
 from flight_graph.errors import FlightError
 from flight_graph.graphs import scenario as scenarios
+from flight_graph.graphs import vehicles
 from flight_graph.text_files import short
 
 
@@ -33,8 +34,10 @@ def overrides(scenario: str, settings=None, params: list[Path] | None = None, se
     found = {}
     if params:
         data, _, folder = scenarios.read(scenario, consent=consent or agree)
+        components = {name: (str(vehicles.mapping(entry).get("use", "")), start)
+                      for name, entry, start in vehicles.components(data, folder=folder)}
         for path in params:
-            values, remarks = parameter_file.overrides(path, data["components"], folder)
+            values, remarks = parameter_file.overrides(path, components)
             found.update(values)
             for remark in remarks if tell else ():
                 tell(f"warning: {remark}; this section is left out")

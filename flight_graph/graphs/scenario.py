@@ -9,6 +9,7 @@
       controller: {use: cubli_ros/appc_controller}
     connect:
       controller.attitude: plant.attitude               # or {from: plant.attitude, delay: 1}
+    include: {rover_b: cubli_asteroid}                  # another scenario in this one: `flight_graph.graphs.include`
     record: {max_rate_hz: 1000}
     metrics: papers.appc.metrics:compute
     vary: {grid: {controller.rate_hz: [20, 50, 100]}}   # what `flight sweep` varies, see `flight_graph.graphs.vary`
@@ -17,58 +18,62 @@ A parameter may follow from another component's: ``gravity: "= plant.gravity"`` 
 It is validated as a whole before anything runs; an error names the file and the key.
 """
 
-import os
-import re
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from flight_graph import yaml_text
-from flight_graph.components import declared, functions, registry
+from flight_graph.components import declared, names
 from flight_graph.components.foreign import Consent, agree
 from flight_graph.errors import FlightError, unknown
 from flight_graph.faults import fault_file, report
 from flight_graph.faults.fault_set import FaultSet
-from flight_graph.graphs import events, expressions, measures
+from flight_graph.graphs import events, foreign_nodes, include, inside, measures, vehicles
+from flight_graph.graphs.added_nodes import added_nodes
 from flight_graph.graphs.graph import Edge, Graph, Node
 from flight_graph.graphs.named_code import foreign_code
-from flight_graph.graphs.scenario_file import EdgeEntry, ScenarioFile
+from flight_graph.graphs.node_making import NodeMaker
+from flight_graph.graphs.scenario_file import MOST_COMPONENTS, EdgeEntry, EventEntry, ScenarioFile
+from flight_graph.graphs.scenario_names import check_names
+from flight_graph.graphs.setting import override
+from flight_graph.graphs.source import read_file
 from flight_graph.graphs.vary import Vary
 from flight_graph.monitors import monitor_file
-from flight_graph.monitors.monitor_set import MonitorSet, component_of
+from flight_graph.monitors.monitor_set import MonitorSet
 from flight_graph.text_files import short
 from flight_graph.timebase import SECOND, duration_ns, next_checkpoint_ns, period_ns
-from flight_math.noise import stream_key
-
-_NODE = re.compile("[A-Za-z][A-Za-z0-9_]{0,99}")
-_PORT = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,99}\.[A-Za-z_][A-Za-z0-9_]{0,99}")
-_TAKEN = ("recorder", "replayer", report.REPORT, report.MONITORS)
 
 
 class Scenario:
     """A validated scenario: the file's data with overrides applied, and the graph it stands for.
 
-    Raises FlightError on anything that is wrong, before anything runs.
+    vehicles: name -> the scenario that it includes, whole by itself; its components are in the graph of this one as well,
+    under ``name.component``. Raises FlightError on anything that is wrong, before anything runs.
     """
 
     def __init__(self, data: dict, origin: str, folder: Path | None = None):
         self.origin, self.folder = origin, folder
+        self.tapes = {}  # (node, port) -> (ticks, records): what foreign nodes said, of a recorded run
+        vehicles.refuse_too_deep(data, origin)
         self.file = ScenarioFile.read(data, origin)
-        self._check_names()
-        self._check_functions()
+        check_names(self.file, origin)
         self.duration_ns = duration_ns(self.file.duration_s, f"{origin}: duration_s")
         self.epoch_ns = self.file.epoch_ns
         if self.epoch_ns <= 0 or (self.epoch_ns + self.duration_ns) >= 2**31 * 10**9:
             raise FlightError(f"{origin}: epoch_ns: {self.epoch_ns} is not allowed; allowed: a stamp after 1970 whose "
                               "seconds fit 31 bits at the end of the run (ROS reads zero as 'no clock')")
-        self._without_effect = {}
-        nodes = self._nodes()
+        if (count := sum(1 for _ in vehicles.components(self.file.model_dump()))) > MOST_COMPONENTS:
+            raise FlightError(f"{origin}: the graph has {count} components, those of vehicles among them; allowed: "
+                              f"{MOST_COMPONENTS}")
+        self.vehicles = {name: self._vehicle(name, entry) for name, entry in (self.file.include or {}).items()}
+        included = inside.nodes(self.vehicles)
+        self.maker = NodeMaker(self.file.components, self.seed, origin, folder, {node.name: node for node in included})
+        nodes = [*self.maker.nodes(), *included]
         base = None
         if self.file.base_rate_hz is not None:
             base = period_ns(self.file.base_rate_hz, f"{origin}: base_rate_hz")
-        entries = self._with_spares(fault_file.read(self.file.faults or [], f"{origin}: faults"))
-        watching = monitor_file.read(self.file.monitors, f"{origin}: monitors") if self.file.monitors is not None else None
-        nodes += self._added(nodes, entries, watching)
+        self._entries = self._with_spares(fault_file.read(self.file.faults or [], f"{origin}: faults"))
+        self._watching = monitor_file.read(self.file.monitors, f"{origin}: monitors") if (
+            self.file.monitors is not None) else None
+        nodes += added_nodes(nodes, self._entries, self._watching, origin)
         try:
             self.graph = Graph(nodes, self._connections(), base)
             for node in nodes:
@@ -76,17 +81,14 @@ class Scenario:
                     node.output_period_ns(port)
         except FlightError as error:
             raise FlightError(f"{origin}: {error}") from None
-        monitors = MonitorSet(watching, self.graph.nodes, f"{origin}: monitors") if watching else None
-        changes = events.changes(self.file.events or [], {name: self.graph.nodes[name] for name in self.file.components},
-                                 f"{origin}: events", folder)
-        self.faults = FaultSet(entries, self.graph.nodes, self.seed, f"{origin}: faults", monitors, self.epoch_ns,
-                               bool(self.live_ids), changes)
+        own = {name: node for name, node in self.graph.nodes.items() if not report.does_nothing(node.component)}
+        self.faults = self._fault_set(self.graph.nodes, events.changes(self.events(), own, f"{origin}: events", folder))
         self._check_recorded_topics()
         self.measures = measures.read(self.file.measures or {}, self.graph.nodes, f"{origin}: measures")
         self.vary = None
         if self.file.vary is not None:
             self.vary = Vary(self.file.vary, origin, folder)
-            self.vary.check({node.name: node.component for node in nodes}, self.file.faults)
+            self.vary.check(self)
 
     @property
     def name(self) -> str:
@@ -95,6 +97,15 @@ class Scenario:
     @property
     def seed(self) -> int:
         return self.file.seed
+
+    @property
+    def foreign(self) -> list[str]:
+        """The components that are foreign nodes."""
+        return [name for name, node in self.graph.nodes.items() if node.is_foreign]
+
+    def is_irregular(self, node: str, port: str) -> bool:
+        """Whether messages of an output may be missing, by faults, or because a foreign node is late."""
+        return self.graph.nodes[node].is_foreign or self.faults.is_irregular(node, port)
 
     @property
     def ticks(self) -> int:
@@ -114,19 +125,48 @@ class Scenario:
 
     def warnings(self) -> list[str]:
         """What the components say of their parameters, each behind the component's name, and parameters without effect."""
+        said = self.without_effect()
         return [f"{name}: {sentence}" for name, node in self.graph.nodes.items()
-                for sentence in [*self._without_effect.get(name, []),
+                for sentence in [*said.get(name, []),
                                  *declared.call(node.component, "warnings", node.values, node.period_ns / SECOND)]]
+
+    def without_effect(self) -> dict[str, list[str]]:
+        """name of a component -> sentences about its parameters that were given and change nothing."""
+        return self.maker.without_effect | inside.without_effect(self.vehicles)
+
+    def events(self) -> list[EventEntry]:
+        """The events of the file, then those of the vehicles, by whole names."""
+        return [*(self.file.events or []), *inside.events(self.vehicles)]
+
+    @property
+    def has_measures(self) -> bool:
+        """Whether it or a vehicle of it has measures."""
+        return bool(self.measures) or any(vehicle.has_measures for vehicle in self.vehicles.values())
+
+    def reach(self, path: str) -> tuple["Scenario", str]:
+        """The scenario that a path leads to, through the names of vehicles, and the rest of the path."""
+        first, _, rest = path.partition(".")
+        return self.vehicles[first].reach(rest) if rest and first in self.vehicles else (self, path)
 
     def resolved(self) -> dict:
         """The scenario with every parameter and rate written out: what a bag carries and can be run from."""
         data = self.file.model_dump(by_alias=True, exclude_none=True, exclude={"vary"})
         for name in self.file.components:
             node = self.graph.nodes[name]
+            if node.is_foreign:
+                data["components"][name] = foreign_nodes.entry_of(node)
+                continue
             data["components"][name] = {"use": node.use, "rate_hz": node.rate_hz, "parameters": dict(node.values)}
+        for name, vehicle in self.vehicles.items():
+            found = vehicles.own(vehicle.resolved())
+            if "seed" not in self.file.include[name].scenario:  # it follows from that of the whole
+                del found["seed"]
+            data["include"][name] = {"scenario": found}
+        known = inside.edges(self.vehicles)
         data["connect"] = {
             f"{node.name}.{port}": {"from": f"{edge.node}.{edge.port}", "delay": edge.delay}
-            for node in self.graph.nodes.values() for port, edge in node.inputs.items()}
+            for node in self.graph.nodes.values() for port, edge in node.inputs.items()
+            if known.get((node.name, port)) != edge}
         return data
 
     def recorded(self) -> dict[tuple[str, str], int]:
@@ -137,27 +177,47 @@ class Scenario:
         for name in names:
             node = self.graph.nodes[name]
             for port, signal in node.component.outputs.items():
-                if wanted is not None and signal.topic not in wanted:
+                if wanted is not None and signal.topic not in wanted and not node.is_foreign:  # without it, no run again
                     continue
                 every = 1
-                if self.file.record.max_rate_hz and name != report.REPORT:  # which speaks at changes alone
+                if node.is_foreign:
+                    plan[name, port] = every
+                    continue
+                if self.file.record.max_rate_hz and not self.faults.is_report(name):  # which speaks at changes alone
                     rate = 1e9 / node.output_period_ns(port)
                     every = max(1, -(-int(round(rate * 1e6)) // int(round(self.file.record.max_rate_hz * 1e6))))
                 plan[name, port] = every
         return plan
 
-    def _nodes(self):
-        """The nodes in the order of the file; one that reads another's parameters is made after it."""
-        made, waiting = {}, dict(self.file.components)
-        while waiting:
-            known = {name: node.values for name, node in made.items()}
-            ready = [name for name, entry in waiting.items() if not self._read_by(name, entry) & waiting.keys()]
-            if not ready:
-                raise FlightError(f"{self.origin}: components: {' and '.join(waiting)} take parameters from each other "
-                                  "(or from themselves) in a circle")
-            for name in ready:
-                made[name] = self._node(name, waiting.pop(name), known)
-        return [made[name] for name in self.file.components]
+    def measured(self) -> dict[tuple[str, str], tuple[int, list[measures.Measure]]]:
+        """(node, port) -> every how manieth message is recorded, and the measures of it, of the outputs that have some."""
+        found = {}
+        for output, every in self.recorded().items():
+            mine = [one for one in self.measures if (one.node, one.port) == output]
+            found |= {output: (every, mine)} if mine else {}
+        return found
+
+    def _vehicle(self, name, entry) -> "Scenario":
+        """The scenario under a name, whole by itself; what is one for all is taken from this one."""
+        where = f"{self.origin}: include.{name}"
+        if isinstance(entry.scenario, str) or entry.set:
+            raise FlightError(f"{where}: scenarios are included where a file is read; here they have to stand in full")
+        found = {"seed": vehicles.seed_of(self.seed, name), **vehicles.own(entry.scenario),
+                 "duration_s": self.file.duration_s, "epoch_ns": self.file.epoch_ns}
+        where = f"{where} ({short(str(found.get('name')), 60)})"
+        made = Scenario(found, where, Path(entry.folder) if entry.folder else None)
+        if made.foreign:
+            raise FlightError(f"{where}: components.{made.foreign[0]}: a foreign node cannot be in a vehicle; make it a "
+                              "component of the scenario that includes")
+        return made
+
+    def _fault_set(self, scope: dict[str, Node], changes: dict | None = None) -> FaultSet:
+        """Faults, monitors, and those of the vehicles. scope: name, as this scenario has it -> node of the whole graph."""
+        monitors = MonitorSet(self._watching, scope, f"{self.origin}: monitors") if self._watching else None
+        found = {name: vehicle._fault_set({own: scope[names.joined(name, own)] for own in vehicle.graph.nodes})
+                 for name, vehicle in self.vehicles.items()}
+        return FaultSet(self._entries, scope, self.seed, f"{self.origin}: faults", monitors, self.epoch_ns,
+                        bool(self.live_ids), changes, found)
 
     @property
     def live_ids(self) -> list[str]:
@@ -169,7 +229,7 @@ class Scenario:
         entries = [*(self.file.faults or []), *injected]
         read = self._with_spares(fault_file.read(entries, f"{self.origin}: faults"))
         return FaultSet(read, self.graph.nodes, self.seed, f"{self.origin}: faults", self.faults.monitors, self.epoch_ns,
-                        True, self.faults.changes)
+                        True, self.faults.changes, self.faults.vehicles)
 
     def _with_spares(self, entries):
         """Entries in the order of the report: those of the file, then live ones by number, those that are free too."""
@@ -177,104 +237,24 @@ class Scenario:
         return [*(entry for entry in entries if entry.id not in live),
                 *(live.get(name) or fault_file.spare(name) for name in self.live_ids)]
 
-    def _added(self, nodes, entries, watching):
-        """The components that follow from the blocks ``monitors`` and ``faults``."""
-        added = []
-        if watching:
-            where = f"{self.origin}: monitors"
-            name, component = component_of(watching, {node.name: node for node in nodes}, where)
-            period_ns(watching.rate_hz, f"{where}.rate_hz")
-            added.append(Node(report.MONITORS, name, component, {}, watching.rate_hz))
-        if entries:
-            identifiers = [entry.id for entry in entries]
-            added.append(Node(report.REPORT, report.use(identifiers), report.fault_report(tuple(identifiers)), {},
-                              report.report_rate_hz(nodes)))
-        return added
-
-    def _read_by(self, name, entry):
-        """Names of the components whose parameters an entry reads."""
-        read = set()
-        for key, value in entry.parameters.items():
-            if expressions.is_expression(value):
-                where = f"{self.origin}: components.{name}.parameters.{key}"
-                for other in expressions.references(value, where):
-                    if other not in self.file.components:
-                        raise unknown("component", other, self.file.components, where)
-                    read.add(other)
-        return read
-
-    def _node(self, name, entry, known):
-        where = f"{self.origin}: components.{name}"
-        given = {key: expressions.evaluate(value, known, f"{where}.parameters.{key}")
-                 if expressions.is_expression(value) else value for key, value in entry.parameters.items()}
-        try:
-            use = registry.absolute(entry.use, self.folder)
-            component = registry.component(use)
-        except FlightError as error:
-            raise FlightError(f"{where}.use: {error}") from None
-        values = component.parameters.defaults()
-        if "seed" in component.parameters.entries:
-            values["seed"] = stream_key(self.file.seed, name)
-        given = component.parameters.validate(given, f"{where}.parameters")
-        values.update(given)
-        values = declared.resolved(component, values, f"{where}.parameters", self.folder)
-        self._without_effect[name] = list(_without_effect(component.parameters, given, values))
-        rate = component.rate_hz if entry.rate_hz is None else entry.rate_hz
-        return Node(name, use, component, values, rate)
-
     def _connections(self):
-        connections = {}
+        connections = inside.edges(self.vehicles)
         for target, source in self.file.connect.items():
             delay = 0
             if isinstance(source, EdgeEntry):
                 source, delay = source.source, source.delay
             for text in (target, source):
-                if not _PORT.fullmatch(text):
+                node, _, port = text.rpartition(".")
+                if not node or not all(map(names.is_word, node.split("."))) or not names.is_port(port):
                     raise FlightError(f"connect: '{short(text)}' is not of the form component.port")
-            connections[tuple(target.split("."))] = Edge(*source.split("."), delay)
+            connections[tuple(target.rsplit(".", 1))] = Edge(*source.rsplit(".", 1), delay)
         return connections
-
-    def _check_names(self):
-        if not self.file.components:
-            raise FlightError(f"{self.origin}: components: there is none; a graph has at least one")
-        for name in self.file.components:
-            if not _NODE.fullmatch(name):
-                raise FlightError(f"{self.origin}: components.{short(name)}: this is no name of a node; allowed: a letter, "
-                                  "then letters, digits and underscores, 100 in all")
-            if name in _TAKEN:
-                raise FlightError(
-                    f"{self.origin}: components.{name}: this name is taken by a node of every run; take another")
-
-    def _check_functions(self):
-        """The forms of the names; the functions themselves are loaded when they are called for."""
-        for key in ("metrics", "figure"):
-            if name := getattr(self.file, key):
-                functions.check_name(name, f"{self.origin}: {key}")
 
     def _check_recorded_topics(self):
         topics = [signal.topic for _, _, signal in self.graph.outputs()]
         for topic in self.file.record.topics or []:
             if topic not in topics:
                 raise unknown("topic", topic, topics, f"{self.origin}: record.topics")
-
-
-def _without_effect(parameters, given, values):
-    """Sentences about given parameters that change nothing: others decide them, or the chosen form does not use them."""
-    defaults = parameters.defaults()
-    for name, value in given.items():
-        if values[name] != value:
-            yield f"{name} is given and has no effect: it follows from other parameters"
-            continue
-        for choice, words in parameters.entries[name].used_if:
-            if value != defaults[name] and values[choice] not in words:
-                yield (f"{name} is given and has no effect with {choice} {values[choice]}; it is used with "
-                       f"{' and '.join(words)}")
-
-
-def available() -> dict[str, Path]:
-    """Names of the scenarios that come with the packages, and their files."""
-    folder = Path(str(resources.files("scenarios")))
-    return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
 
 
 def load(name_or_path: str, overrides: dict[str, Any] | None = None, case: int | None = None,
@@ -309,62 +289,8 @@ def read(name_or_path: str, overrides: dict[str, Any] | None = None, consent: Co
     consent: as for `load`.
     """
     data, path = read_file(name_or_path)
+    data = include.gathered(data, path)
     if found := foreign_code(data, path.parent, path.parent):
         consent(str(path), found)
+    data = include.with_settings(data, str(path.name), path.parent)
     return override(data, overrides or {}, folder=path.parent), str(path.name), path.parent
-
-
-def read_file(name_or_path: str) -> tuple[dict, Path]:
-    """A scenario's data as its file has it, and the file. Nothing that it names is imported. Raises FlightError."""
-    path = Path(name_or_path)
-    if path.suffix not in (".yaml", ".yml"):
-        known = available()
-        if name_or_path not in known:
-            raise unknown("scenario", name_or_path, known)
-        path = known[name_or_path]
-    elif not os.path.exists(path):
-        raise FlightError(f"there is no scenario file '{short(str(path))}'")
-    data = yaml_text.read(path)
-    if not isinstance(data, dict):
-        raise FlightError(f"{path}: a scenario is a mapping of keys (name, title, duration_s, components, ...)")
-    return data, path
-
-
-def override(data: dict, overrides: dict[str, Any], origin: str = "--set", folder: Path | None = None) -> dict:
-    """Return a copy of a scenario's data with ``component.parameter`` (or ``.rate_hz``), ``faults.ID.key`` and top-level
-    keys replaced.
-
-    ``component.use`` puts another component in the place: it keeps those of the file's parameters that it has itself
-    (the file wrote them for the one that left), and everything else that is overridden.
-    origin: where the overrides come from, for error texts. folder: where a relative component file starts.
-    """
-    components = data.get("components") or {}
-    if not isinstance(components, dict) or not all(isinstance(entry or {}, dict) for entry in components.values()):
-        return data  # the validation names the key
-    data = {**data, "components": {name: dict(entry or {}) for name, entry in components.items()}}
-    for key in sorted(overrides, key=lambda key: not key.endswith(".use")):
-        value = overrides[key]
-        component, _, parameter = key.partition(".")
-        if component == report.REPORT and parameter:
-            data["faults"] = fault_file.override(data.get("faults"), parameter, value, f"{origin} {key}")
-            continue
-        if not parameter:
-            if key not in ScenarioFile.model_fields or key in ("components", "connect"):
-                raise FlightError(f"{origin} {key}: write component.parameter=value")
-            data[key] = value
-            continue
-        if component not in data["components"]:
-            raise unknown("component", component, data["components"], f"{origin} {key}")
-        entry = data["components"][component]
-        if parameter == "use":
-            try:
-                entries = registry.component(registry.absolute(str(value), folder)).parameters.entries
-            except FlightError as error:
-                raise FlightError(f"{origin} {key}: {error}") from None
-            kept = {name: given for name, given in (entry.get("parameters") or {}).items() if name in entries}
-            entry.update(use=value, parameters=kept)
-        elif parameter == "rate_hz":
-            entry[parameter] = value
-        else:
-            entry["parameters"] = {**(entry.get("parameters") or {}), parameter: value}
-    return data

@@ -1,8 +1,8 @@
 """The keys of a scenario file; what they mean together is checked in `flight_graph.graphs.scenario`."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from flight_graph.bags.journal import FLUSH_PERIOD_S
 from flight_graph.errors import FlightError
@@ -10,6 +10,9 @@ from flight_graph.text_files import short
 from flight_graph.timebase import J2000
 
 MOST_COMPONENTS = 200  # of a scenario
+FOREIGN = "foreign"  # the ``use`` of a node that is not ours
+FOREIGN_KEYS = ("inputs", "outputs", "answer_within_s", "late")  # of such a component alone
+PortName = Annotated[str, Field(max_length=100, pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
 TopicName = Annotated[str, Field(max_length=255, pattern=r"^/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*$")]
 
 
@@ -21,10 +24,29 @@ class ComponentEntry(_Strict):
     """One component of the graph."""
 
     use: str = Field(max_length=1000, description=(
-        "`package/executable`, `module:Class`, or `file.py:Class` relative to the scenario"))
+        "`package/executable`, `module:Class`, or `file.py:Class` relative to the scenario; `foreign`: a node that is not "
+        "ours, see foreign.md"))
     rate_hz: float | None = Field(None, description="firing rate [Hz]; the component's own when left out")
     parameters: dict[str, Any] = Field(default_factory=dict, description=(
         'values that differ from the defaults; `"= plant.gravity"` follows another component\'s'))
+    inputs: dict[PortName, TopicName] | None = Field(None, max_length=100, description=(
+        "of a foreign node: port -> topic that it subscribes to"))
+    outputs: dict[PortName, TopicName] | None = Field(None, max_length=100, description=(
+        "of a foreign node: port -> topic that it publishes"))
+    answer_within_s: float | None = Field(None, gt=0, le=1e6, allow_inf_nan=False, description=(
+        "of a foreign node: wall time [s] in which it has to answer a stamp in lockstep; 5 when left out"))
+    late: Literal["stop", "hold"] | None = Field(None, description=(
+        "of a foreign node, when it has not: `stop` ends the run (when left out), `hold` goes on with its last message"))
+
+
+class IncludeEntry(_Strict):
+    """A vehicle: a scenario inside this one."""
+
+    scenario: str | dict[str, Any] = Field(description=(
+        "a scenario of the packages, a YAML file relative to this one, or its keys"))
+    set: dict[str, Any] = Field(default_factory=dict, max_length=10_000, description=(
+        "`component.parameter` -> value, `seed`, `faults.ID.key`: what is different in it"))
+    folder: str | None = Field(None, max_length=4000, description="where relative names in it start; that of its file")
 
 
 class EdgeEntry(_Strict):
@@ -88,8 +110,11 @@ class ScenarioFile(_Strict):
     epoch_ns: int = Field(J2000, description="stamp of t = 0 [ns since 1970]; J2000 when left out")
     base_rate_hz: float | None = Field(None, description=(
         "rate of the base tick [Hz]; the slowest that fits all rates when left out"))
-    components: dict[str, ComponentEntry] = Field(max_length=MOST_COMPONENTS, description=(
+    components: dict[str, ComponentEntry] = Field(default_factory=dict, max_length=MOST_COMPONENTS, description=(
         "name -> component, in the order in which they are listed"))
+    include: dict[str, IncludeEntry] | None = Field(None, max_length=100, description=(
+        "name -> scenario that flies in this one (a name or a file alone will do); its components are `name.component`; "
+        "see vehicles.md"))
     connect: dict[str, str | EdgeEntry] = Field(default_factory=dict, description=(
         "`component.port` of an input -> `component.port` of its source; inputs left out find theirs by topic"))
     record: RecordEntry = Field(default_factory=RecordEntry, description="what the bag holds")
@@ -110,6 +135,12 @@ class ScenarioFile(_Strict):
     only: EngineLimit | None = Field(None, description="the one engine that can run it, and why")
     vary: dict[str, Any] | None = Field(None, description="what `flight sweep` varies; see campaigns.md")
 
+    @field_validator("include", mode="before")
+    @classmethod
+    def _whole_entries(cls, value):
+        return {name: {"scenario": entry} if isinstance(entry, str) else entry for name, entry in value.items()} if (
+            isinstance(value, dict)) else value
+
     @classmethod
     def read(cls, data: dict, origin: str) -> "ScenarioFile":
         """Check the keys and the types of their values. Raises FlightError with the first thing that is wrong."""
@@ -121,17 +152,19 @@ class ScenarioFile(_Strict):
 
 def _first_sentence(error: ValidationError) -> str:
     first = error.errors()[0]
-    where = ".".join(short(str(part)) for part in first["loc"] if part not in ("str", "EdgeEntry"))
+    where = ".".join(short(str(part)) for part in first["loc"] if part not in ("str", "EdgeEntry", "dict[str,any]"))
     if first["type"] == "extra_forbidden":
         return f"{where}: there is no such key; allowed here: " + ", ".join(_keys_at(first["loc"]))
     if first["type"] == "string_pattern_mismatch":
-        allowed = "letters, digits and _ - ." if where == "name" else "a topic's name: letters, digits, _ and /"
+        allowed = "a topic's name: letters, digits, _ and /"
+        if where == "name" or "[key]" in where:
+            allowed = "letters, digits and _ - ." if where == "name" else "letters, digits and _"
         return f"{where}: {short(repr(first['input']))} is not allowed; allowed: {allowed}"
     return f"{where}: {first['msg'].lower()} (got {short(repr(first['input']))})"
 
 
-PARTS = {"components": ComponentEntry, "events": EventEntry, "connect": EdgeEntry, "record": RecordEntry,
-         "only": EngineLimit, "watchdog": WatchdogEntry}  # below a key
+PARTS = {"components": ComponentEntry, "include": IncludeEntry, "events": EventEntry, "connect": EdgeEntry,
+         "record": RecordEntry, "only": EngineLimit, "watchdog": WatchdogEntry}  # below a key
 
 
 def _keys_at(location):

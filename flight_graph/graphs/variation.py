@@ -2,7 +2,8 @@
 
 A case that changes parameters, seeds or faults alone gets the nodes, the wiring and the order of the others; only the nodes
 whose values change are made anew, by the same code as those of a scenario. What changes the graph itself (a rate, a
-component, the duration) makes a scenario of its own, which further cases share.
+component, the duration) makes a scenario of its own, which further cases share. A scenario with vehicles is made whole for
+each case.
 """
 
 import copy
@@ -14,7 +15,8 @@ from flight_graph.faults import fault_file
 from flight_graph.faults.fault_set import FaultSet
 from flight_graph.faults.report import REPORT
 from flight_graph.graphs import events, expressions
-from flight_graph.graphs.scenario import Scenario, override
+from flight_graph.graphs.scenario import Scenario
+from flight_graph.graphs.setting import override
 from flight_math.noise import stream_key
 
 _KEPT = 8  # scenarios of other structure that are kept
@@ -37,15 +39,20 @@ class Variation:
     def of_values(self, values: dict, number: int) -> tuple[Scenario, tuple]:
         """The scenario with these values by key, for a case of this number. Raises FlightError."""
         structure = tuple(sorted((key, repr(value)) for key, value in values.items() if _is_structural(key)))
+        if self.scenario.vehicles:
+            return self._whole(values, number), structure
         try:
             base = self._base(structure, {key: values[key] for key, _ in structure})
             made = base.with_values({key: value for key, value in values.items() if not _is_structural(key)})
         except FlightError:
             made = None
         if made is None:  # the long way, which says what is wrong with the case
-            data = override(self._data, values, f"vary, case {number}", self.scenario.folder)
-            return Scenario(data, self.scenario.origin, self.scenario.folder), (*structure, "alone", number)
+            return self._whole(values, number), (*structure, "alone", number)
         return made, structure
+
+    def _whole(self, values, number) -> Scenario:
+        data = override(self._data, values, f"vary, case {number}", self.scenario.folder)
+        return Scenario(data, self.scenario.origin, self.scenario.folder)
 
     def _base(self, structure, values):
         if structure not in self._bases:
@@ -62,7 +69,7 @@ class _Base:
     def __init__(self, scenario: Scenario):
         self.scenario, self._given, self._checked = scenario, {}, {}
         entries, nodes = scenario.file.components, scenario.graph.nodes
-        self._reads = {name: scenario._read_by(name, entry) for name, entry in entries.items()}
+        self._reads = {name: scenario.maker.read_by(name, entry) for name, entry in entries.items()}
         self._order = []
         while len(self._order) < len(entries):
             self._order += [name for name, read in self._reads.items()
@@ -116,6 +123,8 @@ class _Base:
                 values = self._values(name, given, nodes, seed, self._checked[name])
                 values = declared.resolved(nodes[name].component, values, f"{base.origin}: components.{name}.parameters",
                                            base.folder)
+                if declared.call(nodes[name].component, "fitted", values) is not None:
+                    return None
                 nodes[name] = replace(nodes[name], values=values)
         if base.faults:
             made.faults = _faults(made, base)

@@ -144,24 +144,27 @@ class Vary:
         values.update(self._drawn_together(number))
         return values
 
-    def check(self, components: dict, faults: list | None = None) -> None:
-        """Refuse keys and fixed values that the components do not have. components: name -> class; faults: of the file."""
+    def check(self, scenario) -> None:
+        """Refuse keys and fixed values that the components of the scenario do not have."""
         keys, first = self.declared_keys(), self.sampler.draw(0)
-        uses = {key.partition(".")[0] for key in keys if key.endswith(".use")}
+        uses = {key.removesuffix(".use") for key in keys if key.endswith(".use")}
         for key in keys:
-            name, _, parameter = key.partition(".")
+            reached, path = scenario.reach(key)
+            name, _, parameter = path.partition(".")
+            whole, nodes = key.removesuffix(f".{parameter}"), reached.graph.nodes
             if not parameter:
-                if key not in TOP_LEVEL:
+                if path not in (TOP_LEVEL if reached is scenario else ("seed",)):
                     raise FlightError(f"{self.origin}: vary: '{key}' cannot be varied; allowed: component.parameter, "
-                                      "component.rate_hz, component.use, faults.ID.key, seed, duration_s")
+                                      "component.rate_hz, component.use, faults.ID.key, seed, duration_s, and of a vehicle "
+                                      "all but duration_s, with its name in front")
             elif name == REPORT:
                 for value in self._values(key, first):
-                    fault_file.override(faults, parameter, value, f"{self.origin}: vary: {key}")
-            elif name not in components:
-                raise unknown("component", name, components, f"{self.origin}: vary: {key}")
-            elif name not in uses and parameter not in ("rate_hz", "use"):
+                    fault_file.override(reached.file.faults, parameter, value, f"{self.origin}: vary: {key}")
+            elif name not in nodes:
+                raise unknown("component", whole, scenario.graph.nodes, f"{self.origin}: vary: {key}")
+            elif whole not in uses and parameter not in ("rate_hz", "use"):
                 for value in self._values(key, first):
-                    components[name].parameters.validate({parameter: value}, f"{self.origin}: vary: {name}")
+                    nodes[name].component.parameters.validate({parameter: value}, f"{self.origin}: vary: {whole}")
 
     def _values(self, key, first):
         """The fixed values of a key, each once where it can be; of a drawn one the first draw."""

@@ -166,7 +166,8 @@ def _form(flight):
         return None
     schedule = flight.schedule
     firings = tuple((firing.node, firing.part, firing.period, firing.records, _is_plain(firing), tuple(
-        (made.port, made.period, made.record, made.visible, made.log, made.log_period) for made in firing.publications))
+        (made.port, made.period, made.record, made.visible, made.log, made.log_period, len(made.reductions))
+        for made in firing.publications))
         for firing in schedule.firings)
     uses = tuple((name, node.use, node.component) for name, node in schedule.graph.nodes.items())
     return (flight.tick, int(flight.control["base_ns"][0]), int(flight.control["epoch_ns"][0]), flight.bounds_checked, uses,

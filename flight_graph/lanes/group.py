@@ -6,6 +6,7 @@ import numpy as np
 
 from flight_graph.engines import driver
 from flight_graph.engines.addresses import address
+from flight_graph.engines.reductions import REDUCTION
 from flight_graph.engines.schedule import finite_runs, stamp_offset
 from flight_graph.lanes import lane_driver, weave
 from flight_graph.lanes.lane_driver import CONTROL, FIRING, HOLD, LEAF, OUTPUT, TRANSFER
@@ -28,7 +29,7 @@ class Group:
         self._places = np.zeros((len(self.woven), LANES), _WORD)
         self._known = WeakKeyDictionary()  # flight -> where its records lie
         self._made = [made for firing in self._schedule.firings for made in firing.publications]
-        self._logs = np.zeros((len(self._made), LANES), _WORD)
+        self._logs, self._reductions = (np.zeros((len(self._made), LANES), _WORD) for _ in range(2))
         self._stops = np.zeros((len(self._schedule.firings), LANES), _WORD)
         self._singles = np.zeros((len(self._schedule.firings), LANES), _WORD)
         self._held = np.zeros((len(self._schedule.holds), LANES, 2), _WORD)
@@ -114,7 +115,8 @@ class Group:
         return (0, made.period, woven + LANES * stamp_offset(made.signal), woven, made.signal.dtype.itemsize, address(runs),
                 address(runs) + runs.nbytes, *self._leaves(made.record),
                 address(self.woven[made.visible]) if made.visible else 0, address(self._logs[i]),
-                0 if made.log else -1, made.log_period)
+                0 if made.log_period else -1, made.log_period, address(self._reductions[i]),
+                REDUCTION.itemsize * len(made.reductions))
 
     def _firing(self, i, firing, record, outputs, moves):
         if not self._is_wide(firing.node):
@@ -141,6 +143,7 @@ class Group:
                 self._known[flight] = self._lie(flight)
             self._places[:, lane], self._singles[:, lane], self._held[:, lane] = self._known[flight]
             self._logs[:, lane] = flight.tables.outputs["log"]
+            self._reductions[:, lane] = flight.tables.outputs["reductions"]
         first = flights[0].tables
         for mine, theirs in ((self.firings, first.firings), (self.holds, first.holds), (self.outputs, first.outputs)):
             mine["next"] = theirs["next"]

@@ -23,13 +23,15 @@ from flight_graph.engines.addresses import (
 from flight_graph.engines.called import Called
 from flight_graph.engines.condition_steps import table
 from flight_graph.engines.driver import RUN, call, call_fire, is_finite
+from flight_graph.engines.reductions import feed
 from flight_graph.engines.stops import FAULT, NONFINITE
 from flight_graph.lanes.operations import LANES
 
 CONTROL = table("tick end epoch_ns base_ns alive stopped next_firing holds holds_end firings firings_end fire")
 HOLD = table("next period target origin size single singles")  # single: rows of lanes (target, origin) of `size` bytes
 FIRING = table("next period part parameters state records fault outputs outputs_end transfers transfers_end singles stops")
-OUTPUT = table("next period stamp record size runs runs_end leaves leaves_end visible logs log_next log_period")
+OUTPUT = table("next period stamp record size runs runs_end leaves leaves_end visible logs log_next log_period "
+               "reductions reductions_size")  # reductions: of the lanes, where those of each begin
 TRANSFER = table("woven leaves leaves_end lanes inward")  # lanes: addresses of the records; inward: they are woven
 _EXPONENT, _EXPONENT_4 = 0x7FF0000000000000, 0x7F800000  # all ones in inf and NaN
 OWN_FIRING = driver.FIRING
@@ -126,7 +128,9 @@ def not_finite(record, run_at, end):
 
 @compiled
 def publish(at, tick, alive):
-    """Check a woven output, show it to readers, log it. Returns the lanes (bits) with a number that is not finite."""
+    """Check a woven output, show it to readers, log and reduce it. Returns the lanes (bits) whose numbers are not all
+    finite.
+    """
     output = row(at, OUTPUT)
     bad = 0
     if not is_finite(output.record, output.runs, output.runs_end):
@@ -140,8 +144,12 @@ def publish(at, tick, alive):
             if alive >> lane & 1:
                 place = output.logs + 8 * lane
                 log = word_at(place)
-                unwoven(output.record, log, output.leaves, output.leaves_end, lane)
-                set_word_at(place, log + output.size)
+                if log != 0:
+                    unwoven(output.record, log, output.leaves, output.leaves_end, lane)
+                    set_word_at(place, log + output.size)
+                if output.reductions_size != 0:
+                    rows = word_at(output.reductions + 8 * lane)
+                    feed(rows, rows + output.reductions_size, output.record, LANES, lane)
     return bad
 
 

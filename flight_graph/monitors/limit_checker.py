@@ -34,7 +34,7 @@ def use(watchpoints, actionpoints, requests: dict[str, str]) -> str:
 
 def request_port(component: str) -> str:
     """The output that asks a component for a mode."""
-    return f"request_{component}"
+    return f"request_{component.replace('.', '__')}"
 
 
 @cache

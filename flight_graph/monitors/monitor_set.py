@@ -7,6 +7,7 @@ parameter that an actionpoint sets is set where the component fires, once its ac
 import re
 from dataclasses import dataclass
 
+from flight_graph.components import names
 from flight_graph.errors import FlightError, unknown
 from flight_graph.faults import places
 from flight_graph.faults.conditions import Condition, condition
@@ -20,7 +21,8 @@ from msg_schemas.qos import Role
 
 REQUEST = "request"  # the input of a component that takes modes
 _TOPIC = "/mode_request"
-_MESSAGE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\.[A-Za-z_][A-Za-z0-9_]*")
+_NO_WORD = str.maketrans(".[", "__", "]")
+_MESSAGE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)+")
 
 
 @dataclass(frozen=True)
@@ -66,13 +68,16 @@ def _vehicle(name, nodes, where) -> tuple[str, str]:
 
 
 class MonitorSet:
-    """All monitors of a graph. Raises FlightError, which begins with ``where`` and the id.
+    """All monitors of a graph, or of a vehicle in it. Raises FlightError, which begins with ``where`` and the id.
 
-    commands: node -> what sets parameters there, in the form of faults.
+    nodes: name, as the block has it -> node. node: the name of the component that they are; commands: node -> what sets
+    parameters there, in the form of faults.
     """
 
     def __init__(self, found: MonitorsFile, nodes: dict, where: str):
+        self.node = nodes[MONITORS].name
         self._nodes = {name: node for name, node in nodes.items() if name not in (MONITORS, REPORT)}
+        self._called = {node.name: name for name, node in self._nodes.items()}
         record = nodes[MONITORS].component.outputs[STATUS]
         fields = {one.id: places.entry(record.dtype, one.id, where) for one in found.watchpoints}
         self.watches = [Watch(one, self._watched(one, f"{where}.{one.id}")) for one in found.watchpoints]
@@ -92,10 +97,11 @@ class MonitorSet:
         if entry.when is not None:
             found = condition(entry.when, self._nodes, f"{where}.when")
         else:
-            if not _MESSAGE.fullmatch(entry.stale):
+            if not _MESSAGE.fullmatch(entry.stale) or "." in names.split(entry.stale, self._nodes)[1]:
                 raise FlightError(f"{where}.stale: '{short(entry.stale)}' is no message; write component.output")
             found = condition(f"age({entry.stale}) > {entry.after_s!r}", self._nodes, f"{where}.stale")
         for name, port in found.signals:
+            name = self._called[name]
             if self._nodes[name].component.outputs[port].role is Role.TRUTH:
                 raise FlightError(f"{where}: {name}.{port} is the truth, which flight software cannot see; watch a sensor, "
                                   "an estimate or a command")
@@ -113,17 +119,17 @@ class MonitorSet:
         return Action(entry, condition(entry.when, {}, f"{where}.when", fields), number, tuple(asked))
 
     def _command(self, action, path, value, nodes, where):
-        node, _, name = path.partition(".")
+        node, name = names.split(path, self._nodes)
         place = places.place(f"{node}.parameters.{name}", self._nodes, where)
         declared = self._nodes[node].component.parameters.entries[name.partition("[")[0]]
         if place.field.dtype.kind != "f":
             raise FlightError(f"{where}: {path} is a {declared.kind}; only real numbers can be set in flight")
         nominal = self._nodes[node].values[declared.name]
         declared.validate(_filled(nominal, value), f"{where}: {path}")
-        identifier = f"{action.entry.id}_sets_{node}_{name.replace('[', '_').replace(']', '')}"
+        identifier = f"{action.entry.id}_sets_{node}_{name}".translate(_NO_WORD)
         entry = FaultEntry(id=identifier[:60], at=f"{node}.parameters.{name}", type="stuck", value=value)
         asked = condition(f"{MONITORS}.{STATUS}.{action.entry.id} > 0", nodes, where)
-        self.commands.setdefault(node, []).append(Fault(entry, place, Window(0, FOREVER, 0, 0), asked, 0))
+        self.commands.setdefault(place.node, []).append(Fault(entry, place, Window(0, FOREVER, 0, 0), asked, 0))
 
 
 def _filled(nominal, value):

@@ -11,8 +11,10 @@ from flight_graph.components import foreign
 from flight_graph.components.foreign import Consent, Foreign
 from flight_graph.engines.cache import cache_folder, keep
 from flight_graph.errors import FlightError
+from flight_graph.graphs import vehicles
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.text_files import parse_json
+from flight_graph.timebase import SECOND
 
 SCENARIO = "scenario.json"  # name of the attachment a bag can be run again from
 INJECTED_FAULTS = "flight_graph.injected"  # metadata: the faults that were injected during the run, as JSON
@@ -20,19 +22,22 @@ SET_PARAMETERS = "flight_graph.set"  # metadata: the parameters that were set du
 LARGEST = 4 << 20  # [bytes] of it
 
 
-def read_scenario(bag: Bag, consent: Consent, with_figure: bool = False) -> Scenario:
+def read_scenario(bag: Bag, consent: Consent, functions: tuple[str, ...] = (), set_before_ns: int | None = None) -> Scenario:
     """The scenario of a run's bag. Raises FlightError.
 
-    consent: is asked before code runs that does not come with the packages; with_figure: the function that draws the run
-    will be called as well.
+    consent: is asked before code runs that does not come with the packages; functions: those keys of the scenario whose
+    functions will be called as well ("metrics", "figure"). set_before_ns: forget the parameters that were set during the
+    run at this time [ns] or later.
     """
     data = _data(bag)
-    found = [code for name, entry in data["components"].items() if (code := _component(bag, name, entry["use"]))]
-    if with_figure and isinstance(data.get("figure"), str):
-        found += [code for code in [_figure(bag, data["figure"])] if code]
+    if set_before_ns is not None:
+        _forget(bag, data, set_before_ns)
+    components = [(name, entry) for name, entry, _ in vehicles.components(data)]
+    found = [code for name, entry in components if (code := _component(bag, name, entry["use"]))]
+    found += [code for key in functions for name in vehicles.values_of(data, key) if (code := _function(bag, key, name))]
     if found:
         consent(_where(bag), found)
-    for name, entry in data["components"].items():
+    for name, entry in components:
         if _is_file(entry["use"]):
             entry["use"] = _unpacked(bag, name, entry["use"])
     return Scenario(data, _where(bag))
@@ -47,9 +52,9 @@ def _data(bag):
         raise FlightError(f"{bag.path}: this bag carries no scenario; it was not recorded by a run of this project")
     content = bag.attachments[SCENARIO].data
     data = parse_json(content, f"{bag.path}: its attachment {SCENARIO}", LARGEST)
-    components = data.get("components") if isinstance(data, dict) else None
-    if not isinstance(components, dict) or not all(
-            isinstance(entry, dict) and isinstance(entry.get("use"), str) for entry in components.values()):
+    vehicles.refuse_too_deep(data, _where(bag))
+    found = list(vehicles.components(data))
+    if not found or not all(isinstance(entry, dict) and isinstance(entry.get("use"), str) for _, entry, _ in found):
         raise FlightError(f"{bag.path}: its attachment {SCENARIO} is no scenario")
     for key, name in (("faults", INJECTED_FAULTS), ("events", SET_PARAMETERS)):
         if happened := bag.metadata.get(name, {}):
@@ -57,6 +62,14 @@ def _data(bag):
             data[key] = [*(known if isinstance(known, list) else []),
                          *(parse_json(text, where, LARGEST) for text in happened.values())]
     return data
+
+
+def _forget(bag, data, from_ns):
+    """Take out of ``events`` what was set during the run from a time on."""
+    happened = [parse_json(text, "", LARGEST) for text in bag.metadata.get(SET_PARAMETERS, {}).values()]
+    late = [entry for entry in happened if round(entry["at_s"] * SECOND) >= from_ns]
+    if late:
+        data["events"] = [entry for entry in data["events"] if entry not in late]
 
 
 def _is_file(use):
@@ -78,10 +91,10 @@ def _component(bag, name, use) -> Foreign | None:
     return Foreign(f"component {name}", use, f"{file}, which the bag carries ({how})", foreign.digest(attachment.data))
 
 
-def _figure(bag, name) -> Foreign | None:
+def _function(bag, key, name) -> Foreign | None:
     if _is_file(name):
-        raise FlightError(f"{bag.path}: figure: '{name}' is a function of a file that the bag does not carry")
-    return foreign.of_function("figure", name, None)
+        raise FlightError(f"{bag.path}: {key}: '{name}' is a function of a file that the bag does not carry")
+    return foreign.of_function(key, name, None)
 
 
 def _unpacked(bag, name, use) -> str:

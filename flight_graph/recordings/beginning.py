@@ -1,12 +1,14 @@
 """Checkpoints in a bag: those that a run left on its way, and the one that it began at, if not at t = 0."""
 
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from flight_graph.bags.errors import quoted
 from flight_graph.bags.reader import Bag
-from flight_graph.engines.checkpoint import FOLDER, Checkpoint
+from flight_graph.engines.checkpoint import FOLDER, Checkpoint, is_kept, shape
+from flight_graph.engines.schedule import Schedule
 from flight_graph.errors import FlightError
+from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.bag_scenario import INJECTED_FAULTS, SET_PARAMETERS
 from flight_graph.text_files import parse_json
 from flight_graph.timebase import SECOND
@@ -66,6 +68,23 @@ def checkpoint(bag: Bag, tick: int) -> Checkpoint:
     if found.tick != tick:
         raise FlightError(f"{where}: it is damaged: it is of tick {found.tick}")
     return found
+
+
+def with_what_was_set(begin: Beginning, scenario: Scenario) -> Beginning:
+    """A beginning for its scenario with the parameters that were set later, during the run: they are events, whose memory
+    is empty before they come.
+    """
+    memory, found = Schedule.of(scenario.graph, {}, scenario.faults).memory(0), dict(begin.checkpoint.arrays)
+    for name in sorted(memory.keys() - found.keys()):
+        if name.startswith("N_"):
+            found[name] = found[f"P_{name[2:]}"]
+        elif name.startswith("A_") and ".set " in name:
+            found[name] = bytes(memory[name].nbytes)
+    layouts = shape(scenario.graph, memory, scenario.epoch_ns)["records"]
+    made = {**begin.checkpoint.shape, "records": {**layouts, **begin.checkpoint.shape["records"]}}
+    if found.keys() != {name for name in memory if is_kept(name)}:
+        return begin  # of another graph: who takes it up says so
+    return replace(begin, checkpoint=Checkpoint(begin.checkpoint.tick, made, {name: found[name] for name in sorted(found)}))
 
 
 def _some(known: list[int]) -> str:

@@ -14,7 +14,7 @@ from flight_graph.engines import checkpoint
 from flight_graph.engines.checkpoint import Checkpoint
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.errors import FlightError
-from flight_graph.graphs import scenario as scenarios
+from flight_graph.graphs import setting, vehicles
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.beginning import Beginning
 from flight_graph.recordings.recorded_run import RecordedRun, open_recorded
@@ -77,6 +77,16 @@ def continued(text: str, settings: dict | None = None, duration_s: float | None 
                   [run.changes_sentence()] if run.changed else [])
 
 
+def taken_back(path: Path, t_ns: int) -> Continuation:
+    """A run that was ended at a later time, to go on from a tick of it; what was set from there on is forgotten.
+
+    Whoever ran it has agreed to its code. Raises FlightError.
+    """
+    run = open_recorded(path, trust=True, set_before_ns=t_ns)
+    memory = memory_at(run, t_ns // run.scenario.graph.base_ns)
+    return branch(run.scenario, memory, path.resolve().name, {})
+
+
 def memory_at(run: RecordedRun, tick: int, progress=None, compiling=None) -> Checkpoint:
     """The memory of a recorded run before a tick. Raises FlightError where the bag does not reach to it."""
     where, base_ns = f"bag {quoted(run.bag.path)}", run.scenario.graph.base_ns
@@ -119,6 +129,9 @@ def branch(scenario: Scenario, memory: Checkpoint, parent: str, settings: dict, 
         if not 0.0 < duration_s < 1e9:
             raise FlightError(f"--duration {duration_s:g}: allowed: a time in seconds greater than 0")
         settings = {**settings, "duration_s": (memory.t_ns + round(duration_s * SECOND)) / SECOND}
+    if changes and scenario.foreign:
+        raise FlightError(f"--set: {' and '.join(scenario.foreign)} stands for a foreign node; what it would have answered "
+                          "to a change is not in the bag")
     changed = _with(scenario, settings, memory.tick) if settings else scenario
     if memory.tick >= changed.ticks:
         raise FlightError(f"at t = {memory.t_ns / SECOND:.9g} s the run of {changed.duration_ns / SECOND:g} s is over; "
@@ -135,15 +148,39 @@ def _past(entry: dict, settings: dict, t_ns: int) -> dict:
 
 
 def _with(scenario: Scenario, settings: dict, tick: int) -> Scenario:
-    data = scenarios.override(scenario.resolved(), settings, folder=scenario.folder)
+    data = setting.override(scenario.resolved(), settings, folder=scenario.folder)
     if "events" not in settings:
-        t_ns = tick * scenario.graph.base_ns
-        data["events"] = [_past(entry, settings, t_ns) for entry in data.get("events") or []] or None
-    if "seed" in settings:  # every component's own stream follows from it
-        for name, entry in data["components"].items():
+        data = _with_past(data, settings, tick * scenario.graph.base_ns)
+    return Scenario(_with_streams(data, scenario, settings), scenario.origin, scenario.folder)
+
+
+def _with_past(data: dict, settings: dict, t_ns: int) -> dict:
+    """A scenario's data with events that set what a branch sets."""
+    made = {**data, "events": [_past(entry, settings, t_ns) for entry in data.get("events") or []] or None}
+    for name, entry, inside in vehicles.inside(data):
+        made["include"] = {**made["include"], name: {**entry, "scenario": _with_past(inside, _of(name, settings), t_ns)}}
+    return made
+
+
+def _with_streams(data: dict, scenario: Scenario, settings: dict) -> dict:
+    """A scenario's data where a seed is set: without the seeds of components that follow from it."""
+    made = {**data, "components": {name: dict(entry) for name, entry in data["components"].items()}}
+    if data["seed"] != scenario.seed:
+        for name, entry in made["components"].items():
             if entry["parameters"].get("seed") == stream_key(scenario.seed, name) and f"{name}.seed" not in settings:
                 entry["parameters"] = {key: value for key, value in entry["parameters"].items() if key != "seed"}
-    return Scenario(data, scenario.origin, scenario.folder)
+    for name, entry, inside in vehicles.inside(data):
+        inside = {"seed": vehicles.seed_of(data["seed"], name), **inside}
+        inside = _with_streams(inside, scenario.vehicles[name], _of(name, settings))
+        if inside["seed"] == vehicles.seed_of(data["seed"], name):
+            del inside["seed"]
+        made["include"] = {**made["include"], name: {**entry, "scenario": inside}}
+    return made
+
+
+def _of(vehicle: str, settings: dict) -> dict:
+    """The settings of a vehicle, by the paths in it."""
+    return {key.removeprefix(f"{vehicle}."): value for key, value in settings.items() if key.startswith(f"{vehicle}.")}
 
 
 def _set(scenario: Scenario, changed: Scenario, memory: Checkpoint) -> tuple[Checkpoint, list[str]]:

@@ -2,12 +2,14 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from flight_graph.bags.reader import Bag, read_bag
 from flight_graph.components.foreign import consent
 from flight_graph.engines.checkpoint import Checkpoint
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings import beginning
-from flight_graph.recordings.bag_scenario import read_scenario
+from flight_graph.recordings.bag_scenario import SET_PARAMETERS, read_scenario
 from flight_graph.recordings.beginning import Beginning
 from flight_graph.recordings.recording import BagSignals, RecordedTopic, recorded_topics, versions
 
@@ -43,7 +45,9 @@ class RecordedRun:
     def checkpoint_before(self, tick: int) -> Checkpoint | None:
         """The newest checkpoint not behind a tick; None: the start at t = 0. Raises FlightError where it is damaged."""
         known = [one for one in beginning.ticks(self.bag) if one <= tick]
-        return beginning.checkpoint(self.bag, known[-1]) if known else None
+        if not known or (self.first and known[-1] == self.first.tick):
+            return self.first
+        return beginning.checkpoint(self.bag, known[-1])
 
     @property
     def signals(self) -> BagSignals:
@@ -78,18 +82,37 @@ class RecordedRun:
 def shortened(scenario: Scenario, duration_ns: int) -> Scenario:
     """The scenario, ended earlier."""
     data = scenario.file.model_dump(by_alias=True, exclude_none=True)
-    return Scenario({**data, "duration_s": duration_ns / 1e9}, scenario.origin)
+    made = Scenario({**data, "duration_s": duration_ns / 1e9}, scenario.origin)
+    made.tapes = scenario.tapes
+    return made
 
 
-def open_recorded(path, trust=False) -> RecordedRun:
+def open_recorded(path, trust=False, set_before_ns: int | None = None) -> RecordedRun:
     """Open the bag of a run. Raises FlightError.
 
     trust: whether code may run that does not come with the packages (component files that the bag carries, modules that
-    it names), or a consent that is asked (`flight_graph.components.foreign`).
+    it names), or a consent that is asked (`flight_graph.components.foreign`). set_before_ns: see
+    `flight_graph.recordings.bag_scenario.read_scenario`.
     """
     bag = read_bag(path)
-    scenario = read_scenario(bag, consent(trust))
+    scenario = read_scenario(bag, consent(trust), set_before_ns=set_before_ns)
+    scenario.tapes = tapes(bag, scenario)
     made, ended, here = bag.metadata.get("flight_graph", {}), bag.metadata.get("flight_graph.outcome", {}), versions()
     changed = {name: (made.get(name, "unknown"), now) for name, now in here.items() if made.get(name) != now}
+    begin = beginning.read_beginning(bag)
+    if begin and SET_PARAMETERS in bag.metadata:
+        begin = beginning.with_what_was_set(begin, scenario)
     return RecordedRun(bag, scenario, made.get("engine", "unknown"), made.get("pace", "unknown"),
-                       ended.get("complete") == "true", "recovered" in bag.metadata, changed, beginning.read_beginning(bag))
+                       ended.get("complete") == "true", "recovered" in bag.metadata, changed, begin)
+
+
+def tapes(bag: Bag, scenario: Scenario) -> dict:
+    """(node, port) -> (ticks, records): what the foreign nodes of a run said. Raises FlightError."""
+    signals, found, base_ns = BagSignals(bag, scenario), {}, scenario.graph.base_ns
+    for name in scenario.foreign:
+        for port, signal in scenario.graph.nodes[name].component.outputs.items():
+            stamps, records = np.empty(0, np.int64), signal.zeros(0)
+            if signal.topic in signals:
+                stamps, records = bag.stamps_ns(f"/{signal.topic}") - scenario.epoch_ns, signals[signal.topic]
+            found[name, port] = stamps // base_ns, records
+    return found

@@ -48,7 +48,7 @@ def recorded_topics(scenario: Scenario) -> list[RecordedTopic]:
         period = node.output_period_ns(port)
         topics.append(RecordedTopic(
             signal.topic, signal.type_name, signal.role, name, port, signal, period, period * every))
-        for made in node.component.formatted:
+        for made in node.component.said(node.values):
             if made.port == port:
                 topics.append(RecordedTopic(
                     made.topic, made.type_name, made.role, name, port, signal, period, period * every, made))
@@ -116,15 +116,22 @@ class RunBag:
 
 
 def write_recording(recording: Recording, folder, engine: str, overwrite: bool = False,
-                    begin: Beginning | None = None) -> None:
-    """Write an in-process run as a bag: messages by stamp, then in the order of the schedule. begin: as for `RunBag`."""
+                    begin: Beginning | None = None, complete: bool = True, happened: dict | None = None) -> None:
+    """Write an in-process run as a bag: messages by stamp, then in the order of the schedule. begin: as for `RunBag`.
+
+    complete: whether it came to its end, where no component stopped it; happened: name of a metadata record -> texts of
+    what was done to it while it ran (see `flight_graph.recordings.bag_scenario`).
+    """
     bag = RunBag(folder, recording.scenario, engine, "none", overwrite, begin)
     for checkpoint in recording.checkpoints:
         bag.keep(checkpoint)
     tracks = {(track.node, track.port): track for track in recording.tracks}
     found = [(topic, tracks[topic.node, topic.port]) for topic in bag.topics]
     bag.write_all([(topic, *messages(topic, track.stamps_ns, track.records)) for topic, track in found])
-    outcome = {"complete": str(not recording.stopped).lower(), "lost": "0"}
+    for name, texts in (happened or {}).items():
+        if texts:
+            bag.writer.metadata(name, {str(number): text for number, text in enumerate(texts)})
+    outcome = {"complete": str(complete and not recording.stopped).lower(), "lost": "0"}
     bag.close({**outcome, "stopped": recording.stopped} if recording.stopped else outcome)
 
 
@@ -219,11 +226,12 @@ class BagSignals:
         return topic in self._signals and "/" + topic in self._bag
 
 
-def open_run(path, trust=False, with_figure: bool = False) -> tuple:
+def open_run(path, trust=False, functions: tuple[str, ...] = ()) -> tuple:
     """(bag, scenario, signals) of a recorded run. Raises FlightError where the bag carries no scenario.
 
-    trust: as for `flight_graph.recordings.recorded_run.open_recorded`; with_figure: the figure will be drawn.
+    trust: as for `flight_graph.recordings.recorded_run.open_recorded`; functions: as for
+    `flight_graph.recordings.bag_scenario.read_scenario`.
     """
     bag = read_bag(path)
-    scenario = read_scenario(bag, consent(trust), with_figure)
+    scenario = read_scenario(bag, consent(trust), functions)
     return bag, scenario, BagSignals(bag, scenario)

@@ -15,7 +15,7 @@ from flight_graph.engines.memory import refuse_too_long
 from flight_graph.engines.schedule import Schedule
 from flight_graph.engines.single import SingleComponent
 from flight_graph.errors import FlightError, unknown
-from flight_graph.graphs import scenario as scenarios
+from flight_graph.graphs import setting
 from flight_graph.graphs.graph import Edge, Node
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.comparison import TOLERANCE, Comparison, compare, recorded_until, write_topics
@@ -80,6 +80,9 @@ def replay(path, component: str, engine: str = "compiled", settings: dict | None
     run = open_recorded(path, trust)
     if component not in run.scenario.graph.nodes:
         raise unknown("component", component, run.scenario.graph.nodes, f"bag '{path}'")
+    if run.scenario.graph.nodes[component].is_foreign:
+        raise FlightError(f"{component} is a foreign node: its answers are in the bag, its code is not; a replay is of a "
+                          "component of this project")
     scenario = _with_settings(run, component, settings or {})
     node = scenario.graph.nodes[component]
     inputs = recorded_inputs(run, node)
@@ -114,7 +117,7 @@ def _with_settings(run: RecordedRun, component: str, settings: dict) -> Scenario
                               "fix the rest")
     data = run.scenario.file.model_dump(by_alias=True, exclude_none=True)
     changes = {f"{component}.{key}": value for key, value in settings.items()}
-    return Scenario(scenarios.override(data, changes), run.scenario.origin)
+    return Scenario(setting.override(data, changes), run.scenario.origin)
 
 
 def recorded_inputs(run: RecordedRun, node: Node) -> dict[str, RecordedInput]:
@@ -138,7 +141,7 @@ def recorded_inputs(run: RecordedRun, node: Node) -> dict[str, RecordedInput]:
         period = graph.nodes[edge.node].output_period_ns(edge.port)
         stamps = run.bag.stamps_ns("/" + topic) - run.scenario.epoch_ns
         whole = len(stamps)
-        if run.scenario.faults.is_irregular(edge.node, edge.port):  # what is missing was kept back by a fault
+        if run.scenario.is_irregular(edge.node, edge.port):  # what is missing was kept back by a fault, or late
             end = run.scenario.duration_ns if run.complete else run.recorded_until_ns
         else:
             first = -(-run.begin_ns // period)

@@ -1,20 +1,25 @@
 """One HTML file of figures and tables that needs nothing else: the drawing library (plotly) and all data are in it.
 
 A page is a list of sections; a section has figures, tables and sentences. Every figure carries its numbers as columns,
-which the page gives as CSV or JSON. A policy in the page's head forbids it to load anything from anywhere. Names and texts
+which the page gives as CSV or JSON, and is drawn when it comes into view. The library stands in the file compressed. A policy in the page's head forbids it to load anything from anywhere. Names and texts
 may come from a stranger's campaign or bag, so all of them are escaped, those inside of figures too.
 """
 
+import base64
 import csv
+import gzip
 import html
 import io
 import json
 import math
 from dataclasses import dataclass, field
+from functools import cache
+from importlib import resources
 from pathlib import Path
 
 import numpy as np
 from plotly import graph_objects
+from plotly import io as pio
 from plotly.offline import get_plotlyjs
 
 from flight_graph.errors import FlightError
@@ -23,17 +28,33 @@ POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inli
 COLOURS = ("#0b6e99", "#c0392b", "#2e8b57", "#d68910", "#6c4a9e", "#5d6d7e")  # told apart by most eyes, in this order
 GREY = "#5d6d7e"
 HEIGHT = 380  # [px] of a figure
+TEMPLATE = "plotly_white"
 
 
 @dataclass
 class Figure:
-    """A drawing and its numbers. columns: name (with unit) -> values, all of one length; None stands for no number."""
+    """A drawing and its numbers. columns: name (with unit) -> values, all of one length; None stands for no number.
+
+    sources: the columns that each trace takes x and y from, so that numbers stand in the page once; none: the traces have
+    them. Columns of several time axes may have several lengths then.
+    """
 
     title: str
     drawing: graph_objects.Figure
-    columns: dict[str, list]
+    columns: dict[str, list | np.ndarray]
     text: str = ""
     height: int = HEIGHT
+    sources: list[tuple[str, str]] = field(default_factory=list)
+
+
+@dataclass
+class View:
+    """A picture in space that a slider moves through time. data: as `flight_graph.reports.space` makes it."""
+
+    title: str
+    data: dict
+    text: str = ""
+    height: int = 560
 
 
 @dataclass
@@ -47,8 +68,17 @@ class Table:
 
 
 @dataclass
+class Fold:
+    """Parts that a reader opens. title: what is in it."""
+
+    title: str
+    parts: list
+    is_open: bool = False
+
+
+@dataclass
 class Section:
-    """A part of a page. parts: figures, tables and sentences, in their order."""
+    """A part of a page. parts: figures, views, tables, folds and sentences, in their order."""
 
     title: str
     parts: list = field(default_factory=list)
@@ -92,8 +122,31 @@ def rendered(title: str, subtitle: str, sections: list[Section]) -> str:
         body.append(f'<section id="s{place}"><h2>{html.escape(section.title)}</h2>')
         body += [_part(part, numbers) for part in section.parts]
         body.append("</section>")
-    return _PAGE.format(policy=POLICY, title=html.escape(title), subtitle=html.escape(subtitle), style=_STYLE,
-                        links=" ".join(links), body="\n".join(body), library=get_plotlyjs(), script=_SCRIPT)
+    texts = {"title": html.escape(title), "subtitle": html.escape(subtitle), "links": " ".join(links),
+             "body": "\n".join(body), "library": _library(), "template": _template(), "policy": POLICY, "style": _own("page.css"),
+             "script": _own("page.js") + (_own("space.js") if any(map(_has_view, sections)) else "")}
+    return _PAGE.format(**texts)
+
+
+def _has_view(holder) -> bool:
+    return isinstance(holder, View) or any(map(_has_view, getattr(holder, "parts", ())))
+
+
+@cache
+def _library() -> str:
+    """The drawing library, compressed."""
+    return base64.b64encode(gzip.compress(get_plotlyjs().encode(), 9, mtime=0)).decode()
+
+
+@cache
+def _template() -> str:
+    """How drawings look, once for all of them."""
+    return _json(pio.templates[TEMPLATE].to_plotly_json())
+
+
+@cache
+def _own(name: str) -> str:
+    return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
 def _part(part, numbers) -> str:
@@ -101,21 +154,49 @@ def _part(part, numbers) -> str:
         return f"<p>{html.escape(part)}</p>"
     if isinstance(part, Table):
         return _table(part)
-    number = next(numbers)
-    drawing = graph_objects.Figure(part.drawing)
-    drawing.update_layout(template="plotly_white", height=part.height, margin={"l": 70, "r": 20, "t": 20, "b": 55},
-                          colorway=COLOURS, font={"size": 12})
-    for name, values in part.columns.items():
+    if isinstance(part, Fold):
+        inside = "\n".join(_part(one, numbers) for one in part.parts)
+        return f"<details{' open' if part.is_open else ''}><summary>{html.escape(part.title)}</summary>{inside}</details>"
+    if isinstance(part, View):
+        return _view(part, next(numbers))
+    return _figure(part, next(numbers))
+
+
+def _figure(part, number) -> str:
+    drawing = json.loads(part.drawing.to_json())
+    layout = drawing["layout"]
+    layout.pop("template", None)  # the page's own
+    layout.update({"height": part.height, "colorway": COLOURS, "font": {"size": 12}},
+                  margin={"l": 70, "r": 20, "t": 20, "b": 55, **layout.get("margin", {})})
+    for name, values in part.columns.items() if not part.sources else ():
         if len(values) != len(next(iter(part.columns.values()))):
             raise ValueError(f"the columns of '{part.title}' are of several lengths: {name}")
-    data = {"title": part.title, "columns": {name: plain(values) for name, values in part.columns.items()}}
+    data = {"title": part.title, "columns": {name: packed(values) for name, values in part.columns.items()},
+            "sources": part.sources}
     text = f"<p>{html.escape(part.text)}</p>" if part.text else ""
     return (f'<figure><figcaption>{html.escape(part.title)}</figcaption>'
             f'<div class="drawing" id="f{number}" style="height:{part.height}px"></div>{text}'
             f'<p class="data"><button data-of="{number}" data-as="csv">CSV</button> '
             f'<button data-of="{number}" data-as="json">JSON</button></p>'
-            f'<script type="application/json" id="drawing{number}">{_json(json.loads(drawing.to_json()))}</script>'
+            f'<script type="application/json" id="drawing{number}">{_json(drawing)}</script>'
             f'<script type="application/json" id="data{number}">{_json(data)}</script></figure>')
+
+
+def _view(part, number) -> str:
+    text = f"<p>{html.escape(part.text)}</p>" if part.text else ""
+    return (f'<figure class="view"><figcaption>{html.escape(part.title)}</figcaption>'
+            f'<div class="space" id="v{number}" style="height:{part.height}px"></div>'
+            f'<p class="time"><button class="play">Play</button> <input type="range" min="0" step="any" aria-label="time"> '
+            f'<output></output> <label><input type="checkbox" class="follow"> follow</label></p>{text}'
+            f'<script type="application/json" id="space{number}">{_json(part.data)}</script></figure>')
+
+
+def packed(values):
+    """Values for JSON: a list, or of an array of real numbers its bytes, which are shorter: {"f4" or "f8": base64}."""
+    if isinstance(values, np.ndarray) and values.dtype in (np.float32, np.float64):
+        little = np.ascontiguousarray(values, values.dtype.newbyteorder("<"))
+        return {f"f{values.dtype.itemsize}": base64.b64encode(little.tobytes()).decode()}
+    return plain(values)
 
 
 def _table(table) -> str:
@@ -132,51 +213,14 @@ def _json(value) -> str:
     return json.dumps(value, allow_nan=False).replace("<", "\\u003c")
 
 
-_STYLE = """
-body { font: 15px/1.45 system-ui, sans-serif; color: #1c2833; margin: 0 auto; max-width: 1240px; padding: 0 20px 60px; }
-h1 { font-size: 24px; margin: 24px 0 4px; } h2 { font-size: 19px; border-bottom: 1px solid #ccd1d1; margin-top: 36px; }
-h3 { font-size: 15px; margin: 18px 0 6px; } nav { position: sticky; top: 0; background: #fff; padding: 8px 0; z-index: 5;
-border-bottom: 1px solid #ccd1d1; } nav a { margin-right: 16px; color: #0b6e99; text-decoration: none; }
-section { scroll-margin-top: 44px; } figure { margin: 18px 0; } figcaption { font-weight: 600; }
-.table { overflow-x: auto; } table { border-collapse: collapse; font-size: 13px; }
-th, td { text-align: left; padding: 3px 10px 3px 0; border-bottom: 1px solid #eaecee; vertical-align: top; }
-th { position: sticky; top: 0; background: #fff; } .data { margin: 2px 0; } p { max-width: 90ch; }
-button { font: 12px system-ui, sans-serif; border: 1px solid #aab7b8; background: #fff; border-radius: 3px; }
-"""
-
-_SCRIPT = """
-const read = id => JSON.parse(document.getElementById(id).textContent);
-for (const place of document.querySelectorAll('.drawing')) {
-  const drawing = read('drawing' + place.id.slice(1));
-  Plotly.newPlot(place, drawing.data, drawing.layout, {responsive: true, displaylogo: false})
-    .then(() => place.dataset.drawn = 'yes');
-}
-const quoted = text => /[",\\n]/.test(text) ? '"' + text.replace(/"/g, '""') + '"' : text;
-const cell = value => value === null ? '' : quoted(String(value));
-const csv = columns => {
-  const names = Object.keys(columns), rows = [names.map(cell).join(',')];
-  for (let i = 0; i < columns[names[0]].length; i++) rows.push(names.map(name => cell(columns[name][i])).join(','));
-  return rows.join('\\n') + '\\n';
-};
-window.tableOf = number => csv(read('data' + number).columns);
-for (const button of document.querySelectorAll('button[data-of]')) button.addEventListener('click', () => {
-  const data = read('data' + button.dataset.of), kind = button.dataset.as;
-  const text = kind === 'csv' ? csv(data.columns) : JSON.stringify(data, null, 1);
-  const link = document.createElement('a');
-  link.href = URL.createObjectURL(new Blob([text], {type: kind === 'csv' ? 'text/csv' : 'application/json'}));
-  link.download = data.title.replace(/[^A-Za-z0-9_-]+/g, '_') + '.' + kind;
-  link.click();
-  URL.revokeObjectURL(link.href);
-});
-"""
-
 _PAGE = """<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><meta http-equiv="Content-Security-Policy" content="{policy}">
 <meta name="viewport" content="width=device-width, initial-scale=1"><title>{title}</title><style>{style}</style></head>
 <body><h1>{title}</h1><p>{subtitle}</p><nav>{links}</nav>
 <noscript><p>The figures are drawn by a script in this file; tables and texts can be read without it.</p></noscript>
 {body}
-<script>{library}</script>
+<script type="application/json" id="template">{template}</script>
+<script type="application/gzip" id="library">{library}</script>
 <script>{script}</script>
 </body></html>
 """

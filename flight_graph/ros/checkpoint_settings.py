@@ -27,9 +27,9 @@ class CheckpointSettings:
 
 def period_ns(scenario: Scenario) -> int:
     """Time between checkpoints of nodes [ns]; 0: none are kept. What a fault remembers that is injected on the way has no
-    place in the checkpoints before.
+    place in the checkpoints before, and what a foreign node remembers is not known.
     """
-    return 0 if scenario.live_ids else scenario.checkpoint_period_ns
+    return 0 if scenario.live_ids or scenario.foreign else scenario.checkpoint_period_ns
 
 
 def settings_of(scenario: Scenario, lockstep: bool, file: str = "") -> dict[str, str]:
@@ -47,13 +47,18 @@ def settings_of(scenario: Scenario, lockstep: bool, file: str = "") -> dict[str,
 
 
 def refuse_realtime(scenario: Scenario, pace: str, begin: Beginning | None, tell=None) -> None:
-    """Refuse to begin at a checkpoint in realtime; tell(sentence) where none are kept. Raises FlightError."""
+    """Refuse to begin at a checkpoint in realtime, or with a foreign node; tell(sentence) where none are kept. Raises
+    FlightError.
+    """
+    if scenario.foreign and begin is not None:
+        raise FlightError(f"--from: {' and '.join(scenario.foreign)} stands for a foreign node, whose memory is in no "
+                          "checkpoint; --engine compiled goes on with what it said in the bag")
     if pace == "realtime" and begin is not None:
         raise FlightError("--from goes on in lockstep or in process; a realtime run begins at t = 0")
-    if scenario.checkpoint_period_ns and tell and (pace == "realtime" or scenario.live_ids):
+    if scenario.checkpoint_period_ns and tell and (pace == "realtime" or scenario.live_ids or scenario.foreign):
         tell("no checkpoints are kept: " + (
             "in realtime the nodes never stand between the same two ticks" if pace == "realtime" else
-            "faults may be injected on the way"))
+            "faults may be injected on the way" if scenario.live_ids else "what a foreign node remembers is not known"))
 
 
 def write(folder: Path, begin: Beginning | None) -> str:

@@ -6,6 +6,7 @@ it. A node that begins at a checkpoint reads the whole one from a file, and take
 
 import numpy as np
 
+from flight_graph.components.names import ros
 from flight_graph.engines.checkpoint import Checkpoint, is_kept, shape
 from flight_graph.engines.schedule import Schedule
 from flight_graph.graphs.scenario import Scenario
@@ -30,7 +31,7 @@ class NodeMemory:
         self._shown = {}  # port -> what readers have got of an output of which they may not have got the newest
         self._publisher = self._due_ns = None
         if settings.period_ns:
-            self._publisher = RawPublisher(node, f"{node.get_name()}/_checkpoint", TYPE, _QOS)
+            self._publisher = RawPublisher(node, f"{ros(node.graph_name)}/_checkpoint", TYPE, _QOS)
             self._due_ns = next_checkpoint_ns(self.begin_ns, settings.period_ns, settings.base_ns)
 
     def unmatched(self) -> str | None:
@@ -56,7 +57,7 @@ class NodeMemory:
             return
         node, arrays = self._node, self._begin.checkpoint.arrays
         self._machine().restore(arrays)
-        name = node.get_name()
+        name = node.graph_name
         for port, shown in self._shown.items():
             shown[:] = np.frombuffer(arrays[f"V_{name}.{port}"], "u1")
         for port, end in node.inputs.items():
@@ -73,7 +74,7 @@ class NodeMemory:
             self._due_ns = next_checkpoint_ns(self._due_ns, self._settings.period_ns, self._settings.base_ns)
 
     def _part(self) -> bytes:
-        name = self._node.get_name()
+        name = self._node.graph_name
         arrays = self._machine().kept() | {f"V_{name}.{port}": shown.tobytes() for port, shown in self._shown.items()}
         arrays = {key: arrays[key] for key in sorted(arrays)}
         said = {"base_ns": self._settings.base_ns, "records": dict.fromkeys(arrays, {})}
@@ -92,7 +93,7 @@ class Collector:
         wanted = period_ns(scenario) > 0
         self._due = scenario.next_checkpoint(first) if wanted else scenario.ticks
         group = LoopOnly()
-        self._subscriptions = {name: RawSubscription(node, f"{name}/_checkpoint", TYPE, _QOS, group)
+        self._subscriptions = {name: RawSubscription(node, f"{ros(name)}/_checkpoint", TYPE, _QOS, group)
                                for name in scenario.graph.nodes} if wanted else {}
         arrays = Schedule.of(scenario.graph, {}, scenario.faults).memory(0) if self._subscriptions else {}
         self._shape = shape(scenario.graph, arrays, scenario.epoch_ns)

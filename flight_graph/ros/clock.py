@@ -1,10 +1,10 @@
 """Simulation time from /clock, for components without inputs."""
 
 import struct
-import time
 
 from flight_graph.errors import FlightError
 from flight_graph.ros.ports import LoopOnly, RawSubscription
+from flight_graph.ros.standing import Deadline
 from flight_graph.timebase import SECOND
 from msg_schemas.qos import QOS, Role
 
@@ -23,15 +23,15 @@ class ClockInput:
 
     def wait_until(self, t_ns: int, node) -> None:
         """Raises FlightError when no clock comes for the node's timeout."""
-        deadline = time.monotonic_ns() + int(node.settings.timeout_s * SECOND)
+        deadline = Deadline(node)
         while self._t_ns < t_ns:
             message = self._subscription.take()
             if message is not None:
                 sec, nanosec = struct.unpack_from("<iI", message, 4)
                 self._t_ns = sec * SECOND + nanosec - self._epoch_ns
                 continue
-            if time.monotonic_ns() > deadline:
-                raise FlightError(f"{node.get_name()}: waited {node.settings.timeout_s:g} s for /clock to reach "
+            if deadline.is_over:
+                raise FlightError(f"{node.graph_name}: waited {node.settings.timeout_s:g} s for /clock to reach "
                                   f"t = {t_ns / SECOND:.9f} s")
-            self._subscription.wait(deadline - time.monotonic_ns())
+            self._subscription.wait(deadline.left_ns)
             node.check_alive()

@@ -84,7 +84,7 @@ def _run(use, component, default_name, arguments, announce) -> int:
             raise Stopped
         node.wait_until_configured()
         node.introduce()
-        announce({"ready": node.get_name()})
+        announce({"ready": node.graph_name})
         (lockstep if node.settings.lockstep else realtime).run(node)
         announce({"done": True, "clock_master": node.settings.clock_master, "wall_s": node.wall_s})
         while node.settings.linger:

@@ -10,12 +10,14 @@ with a sentence and status 1 when any node ends before. Machine code that is mis
 """
 
 import json
+import os
 import tempfile
 from pathlib import Path
 
 import yaml
 
 from flight_graph.components.foreign import agree, refuse
+from flight_graph.components.names import ros
 from flight_graph.engines import compilation
 from flight_graph.engines.choice import check_engine, parse_pace
 from flight_graph.errors import FlightError
@@ -23,8 +25,11 @@ from flight_graph.graphs import scenario as scenarios
 from flight_graph.graphs.overrides import overrides
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.ros.installed import not_live
-from flight_graph.ros.launcher import RECORDER, how_it_ended, node_parameters
+from flight_graph.ros.launcher import STAND_IN, foreign_sentences, node_parameters
+from flight_graph.ros.node_processes import RECORDER, how_it_ended
 from flight_graph.ros.patience import patience_s
+from flight_graph.ros.simulation_settings import NODE as SIMULATION
+from flight_graph.ros.simulation_settings import Control
 
 ARGUMENTS = {  # name -> (default, what it is); that of scenario is the launch file's own, that of out follows from it
     "scenario": ("", "a scenario's name, or the path of a scenario file (.yaml)"),
@@ -36,6 +41,7 @@ ARGUMENTS = {  # name -> (default, what it is); that of scenario is the launch f
     "set": ("", "parameters and rates: COMPONENT.PARAM=VALUE, several with a semicolon between them"),
     "params_file": ("", "a ROS parameter file; what is set comes on top"),
     "namespace": ("", "a namespace for all nodes and topics but /clock"),
+    "control": ("false", "true: wait at the start for the services of the node 'simulation'"),
     "trust": ("false", "true: run the code that the scenario file names beyond the packages; read it first"),
 }
 _OPTIONS = {"--set ": "set:=", "--params ": "params_file:=", "--pace ": "pace:="}  # as the command line calls them
@@ -57,30 +63,37 @@ def read(given: dict[str, str]) -> Scenario:
         raise FlightError(_as_argument(str(error))) from None
 
 
-def node_table(scenario: Scenario, pace: str, factor: float, out: str, origin: str = "") -> list[dict]:
-    """One row a node: package, executable, name, arguments, parameters; the recorder is the last.
+def node_table(scenario: Scenario, pace: str, factor: float, out: str, origin: str = "", controlled=False) -> list[dict]:
+    """One row a node: package, executable, name, namespace, arguments, parameters; the recorder is the last.
 
     origin: the file of the scenario for the nodes that read it (by default its name).
     """
+    control = Control(rate=factor if pace == "realtime" else 0.0) if controlled else None
     rows = []
-    for name, values in node_parameters(scenario, pace, factor, patience_s(), origin=origin).items():
+    for name, values in node_parameters(scenario, pace, factor, patience_s(), origin=origin, control=control).items():
         if name == RECORDER:
-            rows.append({"package": "sim_nodes", "executable": "recorder", "name": name, "arguments": [],
+            rows.append({"package": "sim_nodes", "executable": "recorder", "name": name, "namespace": "", "arguments": [],
                          "parameters": {**values, "scenario": origin or scenario.name, "out": out, "graph.linger": False}})
             continue
-        use = scenario.graph.nodes[name].use
-        if ":" in use:
+        if name not in scenario.graph.nodes:
+            executable = name if name == SIMULATION else STAND_IN
+            namespace, _, own = name.rpartition(".")
+            rows.append({"package": "sim_nodes", "executable": executable, "name": own, "namespace": ros(namespace),
+                         "arguments": [], "parameters": values})
+            continue
+        use, component = scenario.graph.nodes[name].use, scenario.graph.nodes[name].component
+        if ":" in use or component.namespace:
             package, executable, arguments = "flight_graph", "flight", ["node", use]
         else:
             (package, executable), arguments = use.split("/"), []
-        rows.append({"package": package, "executable": executable, "name": name, "arguments": arguments,
-                     "parameters": values})
+        rows.append({"package": package, "executable": executable, "name": name.rpartition(".")[2], "arguments": arguments,
+                     "namespace": ros(component.namespace), "parameters": values})
     return rows
 
 
 def end_of(name: str, code: int) -> str | None:
-    """Why a launch is over when a process has ended: None where the run is complete, else a sentence."""
-    if name == RECORDER and code == 0:
+    """Why a launch is over when a process has ended: None where the run is complete, or was ended by who controls it."""
+    if name in (RECORDER, SIMULATION) and code == 0:
         return None
     how = "it was asked to" if code == 0 else how_it_ended(code)
     told = "; its own words stand above" if code > 0 else ""
@@ -103,8 +116,11 @@ def describe(scenario_name: str):
         if Path(out).exists():
             raise FlightError(f"out:={out}: it exists already; name a new folder")
         file = _written(scenario)
-        nodes = _nodes(node_table(scenario, pace, number, out, str(file)), given["namespace"])
-        components = {node.use: node.component for node in scenario.graph.nodes.values()}
+        controlled = _is_true("control", given["control"])
+        nodes = _nodes(node_table(scenario, pace, number, out, str(file), controlled), given["namespace"])
+        components = {node.use: node.component for node in scenario.graph.nodes.values() if not node.is_foreign}
+        domain = int(os.environ.get("ROS_DOMAIN_ID") or 0)
+        nodes += [LogInfo(msg=sentence) for sentence in foreign_sentences(scenario, pace, domain)]
         nodes += [LogInfo(msg=sentence)] if (sentence := not_live(components.values())) else []
         return nodes if compilation.is_ready(components) else _compiled_first(file, nodes)
 
@@ -127,8 +143,10 @@ def _nodes(rows, namespace):
             return Shutdown(reason="the bag is closed")
         return ended
 
-    return [Node(package=row["package"], executable=row["executable"], name=row["name"], namespace=namespace or None,
-                 arguments=row["arguments"], parameters=[row["parameters"]], output="screen", on_exit=on_end(row["name"]))
+    return [Node(package=row["package"], executable=row["executable"], name=row["name"],
+                 namespace="/".join(filter(None, (namespace.rstrip("/"), row["namespace"]))) or None,
+                 arguments=row["arguments"], parameters=[row["parameters"]], output="screen",
+                 on_exit=on_end("/".join(filter(None, (row["namespace"], row["name"])))))
             for row in rows]
 
 

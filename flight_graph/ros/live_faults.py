@@ -44,7 +44,7 @@ class LiveFaults:
         group = LoopOnly()
         self._news = RawSubscription(node, TOPIC, TYPE, QOS, group)
         self._taken = RawPublisher(node, _TAKEN, TYPE, QOS)
-        self.host = Host(node, scenario, self) if node.get_name() == REPORT else None
+        self.host = Host(node, scenario, self) if node.graph_name == REPORT else None
 
     def with_entry(self, data: dict) -> FaultSet:
         """The faults of the graph with one more. Raises FlightError."""
@@ -61,7 +61,7 @@ class LiveFaults:
             self.entries[data["id"]] = data
             self._node.take_faults(found)
             self._count += 1
-            self._taken.publish(text_payload(f"{self._node.get_name()} {self._count}"))
+            self._taken.publish(text_payload(f"{self._node.graph_name} {self._count}"))
         if self.host:
             self.host.hold(t_ns)
 
@@ -156,9 +156,9 @@ class Host:
             if soon is None or not self._node.settings.lockstep or t_ns + 2 * self._node.settings.window_ns < soon:
                 return
             self._node.check_alive()
-            if self._node.get_name() in late:
+            if self._node.graph_name in late:
                 return  # its own is taken at the next look
             if time.monotonic() > deadline:
-                raise FlightError(f"{self._node.get_name()}: waited for {', '.join(sorted(late))} to take an injected "
+                raise FlightError(f"{self._node.graph_name}: waited for {', '.join(sorted(late))} to take an injected "
                                   "fault")
             self._acks.wait(SECOND)

@@ -11,6 +11,7 @@ import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 
+from flight_graph.components.names import joined, ros
 from flight_graph.errors import FlightError
 
 
@@ -19,16 +20,33 @@ class Stopped(Exception):
 
 
 class ManagedNode(LifecycleNode):
-    """The states of a node. A subclass has ``_configure()``, which raises FlightError."""
+    """The states of a node. A subclass has ``_configure()``, which raises FlightError.
 
-    def __init__(self, name: str, stopping: threading.Event | None = None):
-        super().__init__(name, automatically_declare_parameters_from_overrides=False)
+    name: by default; namespace: of the vehicle that it is in, as components are named. A node in one has its topics below
+    the root of the graph (`in_graph`), in whatever namespace the graph as a whole is.
+    """
+
+    def __init__(self, name: str, stopping: threading.Event | None = None, namespace: str = ""):
+        inside = {"namespace": f"/{ros(namespace)}"} if namespace else {}
+        super().__init__(name, automatically_declare_parameters_from_overrides=False, **inside)
+        self._vehicle = namespace
         self.stopping = stopping or threading.Event()
         self._configured, self.active = threading.Event(), threading.Event()
         self._refusal = None  # why the last configuration failed
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
         self._thread = threading.Thread(target=self._serve, daemon=True)
+
+    @property
+    def graph_name(self) -> str:
+        """The name of its component in the graph."""
+        return joined(self._vehicle, self.get_name())
+
+    def in_graph(self, topic: str) -> str:
+        """A topic of the graph as this node has to name it."""
+        if not self._vehicle or topic.startswith("/"):
+            return topic
+        return f"{self.get_namespace().removesuffix(f'/{ros(self._vehicle)}')}/{topic}"
 
     def begin(self) -> None:
         """Serve the lifecycle, and go through it where nobody else does. Raises FlightError."""

@@ -10,12 +10,15 @@ from flight_graph.ros.checkpoints import NodeMemory
 from flight_graph.ros.installed import is_installed
 from flight_graph.ros.live_faults import CLEAR, INJECT, LiveFaults
 from flight_graph.ros.managed import ManagedNode
+from flight_graph.ros.node_processes import RECORDER
+from flight_graph.ros.pacing import Pacing
 from flight_graph.ros.parameter_changes import ParameterChanges
 from flight_graph.ros.parameters import ComponentParameters
 from flight_graph.ros.ports import InputPort, LoopOnly, OutputPort, RawPublisher
 from flight_graph.ros.progress import Progress, Watch
 from flight_graph.ros.recorder import read_scenario
 from flight_graph.ros.settings import Source, declare
+from flight_graph.ros.standing import Reports
 from flight_graph.ros.strangers import Strangers
 from flight_graph.timebase import SECOND, stamp_parts
 from msg_schemas.qos import Qos
@@ -29,8 +32,8 @@ class ComponentNode(ManagedNode):
     """A component with its ports. ``announce(dict)`` tells the starter of the node what happens."""
 
     def __init__(self, name: str, use: str, component, announce):
-        super().__init__(name)
-        self._default_name, self.use, self.component, self.announce = name, use, component, announce
+        super().__init__(name.rpartition(".")[2], namespace=component.namespace)
+        self.use, self.component, self.announce = use, component, announce
         self.free_parameters = {"use_sim_time"}  # that are no parameters of the component and may be set all the same
         self.progress = None
         self.begin()
@@ -45,37 +48,45 @@ class ComponentNode(ManagedNode):
         self.faults = self.live = scenario = None
         if self.settings.scenario:
             scenario = read_scenario(self.settings.scenario)
-            self.component = component = scenario.graph.nodes[self.get_name()].component  # with its texts
-            self.faults, self._is_slotted = scenario.faults, scenario.faults.is_irregular
+            self.component = component = scenario.graph.nodes[self.graph_name].component  # with its texts
+            self.faults = scenario.faults
             if scenario.live_ids:
                 self.free_parameters |= {INJECT, CLEAR}
                 self.live = LiveFaults(self, scenario)
         try:
             self._make_ports(component, group)
         except (RuntimeError, ParameterException) as error:  # of parameters qos_overrides
-            raise FlightError(f"{self.get_name()}: {error}") from None
+            raise FlightError(f"{self.graph_name}: {error}") from None
         records = {port: self.inputs[port].record if port in self.inputs else signal.new()[1]
                    for port, signal in component.inputs.items()}
-        self._watched = self._watch(group)
+        self._watched = self._watch(scenario, group)
         self.formatted = [(made, RawPublisher(self, made.topic, made.type_name, made.role.qos))
-                          for made in component.formatted if is_installed(made.type_name)]
+                          for made in component.said(self.parameters.values) if is_installed(made.type_name)]
         self.output_periods = {port: self.settings.output_period_ns(component, port) for port in self.outputs}
         self.progress = Progress(self, self.settings)
         self.watches = {other: Watch(self, other, group) for other in self.settings.wait_for}
         self.clock = RawPublisher(self, *CLOCK) if self.settings.clock_master else None
+        self._follow_control()
         Strangers(self, [port.subscription for port in self.inputs.values()],
                   [port.publisher for port in self.outputs.values()] + [publisher for _, publisher in self.formatted])
         self.state = component.initial_state(self.parameters.values)
         self.parameters.accept_changes()
         self.changes = ParameterChanges(self, scenario)
         self._arguments = (
-            self._default_name, self.use, component, self.parameters.record, self.state,
+            self.graph_name, self.use, component, self.parameters.record, self.state,
             records, {port: entry.record for port, entry in self.outputs.items()}, self.output_periods,
             self.settings.epoch_ns, self.settings.check_bounds)
         self._machine = SingleComponent(*self._arguments, self.faults, self._watched)
         self.memory = NodeMemory(self, CheckpointSettings(**self.settings.checkpoints), lambda: self._machine)
         self.memory.watch(self.outputs, component.output_rate_hz)
         self.memory.restore()
+
+    def _follow_control(self):
+        """Where somebody may let the run stand: as who lets it, or as who hears of it."""
+        control, is_master = self.settings.control, self.settings.clock_master
+        self.pacing = Pacing(self, control, [name for name in self.watches if name != RECORDER]) if (
+            control and is_master) else None
+        self.reports = Reports(self) if control and not is_master else None
 
     def _make_ports(self, component, group):
         """Outputs first: who finds the inputs, and sends, will have found where the answers come from."""
@@ -87,16 +98,17 @@ class ComponentNode(ManagedNode):
 
     def _input(self, port, signal, group):
         source = self.settings.sources[port]
-        return InputPort(self, port, signal, source.topic, self.settings.epoch_ns, group, source.slotted)
+        return InputPort(self, port, signal, source, self.settings.epoch_ns, group)
 
-    def _watch(self, group) -> dict:
+    def _watch(self, scenario, group) -> dict:
         """The signals that conditions of faults of this node read, as inputs: (node, port) -> record."""
         records, self.watched = {}, []
-        for name, port in self.faults.watched(self.get_name()) if self.faults else ():
+        for name, port in self.faults.watched(self.graph_name) if self.faults else ():
             node, key = self.faults.nodes[name], f"when {name}.{port}"
             signal = node.component.outputs[port]
-            self.settings.sources[key] = Source(signal.topic, node.output_period_ns(port), 1,
-                                                slotted=self._is_slotted(name, port))
+            is_slotted = scenario.is_irregular(name, port) and (self.settings.lockstep or not node.is_foreign)
+            self.settings.sources[key] = Source(signal.topic, node.output_period_ns(port), 1, slotted=is_slotted,
+                                                foreign=name if node.is_foreign else "")
             self.inputs[key] = self._input(key, signal, group)
             records[name, port] = self.inputs[key].record
             self.watched.append(key)
@@ -140,6 +152,8 @@ class ComponentNode(ManagedNode):
         self.changes.look(t_ns)
         if self.live:
             self.live.check(t_ns)
+        if self.reports and not self.settings.lockstep and self.reports.new():
+            self.settings.factor = self.reports.rate
 
     def call(self, part: str, t_ns: int, stamp_ns: int | None = None, span_ns: int = 1) -> None:
         """Run one part of the component at t, its outputs stamped. Raises FlightError on a fault or a non-finite output.

@@ -23,11 +23,11 @@ class ParameterChanges:
         self._node, self._publisher = node, None
         if node.settings.supervised:
             self._publisher = RawPublisher(node, TOPIC, TYPE, QOS)
-        self._own = scenario.graph.nodes[node.get_name()] if scenario else None
+        self._own = scenario.graph.nodes[node.graph_name] if scenario else None
         self._coming = list(self._known())
 
     def _known(self):
-        return self._node.faults.changes.get(self._node.get_name(), []) if self._own else []
+        return self._node.faults.changes.get(self._node.graph_name, []) if self._own else []
 
     def unmatched(self) -> str | None:
         """What is missing before nothing can be lost."""
@@ -47,11 +47,11 @@ class ParameterChanges:
         else:
             self._node.parameters.refresh()
         if self._publisher:
-            entry = events.as_entry(self._node.get_name(), t_ns, given)
+            entry = events.as_entry(self._node.graph_name, t_ns, given)
             self._publisher.publish(text_payload(json.dumps(entry)))
 
     def _put_among_events(self, t_ns, given):
-        faults, name = self._node.faults, self._node.get_name()
+        faults, name = self._node.faults, self._node.graph_name
         try:
             faults.changes[name] = events.with_change(self._known(), self._own, t_ns, given)
         except FlightError as error:

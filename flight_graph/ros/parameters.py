@@ -47,10 +47,10 @@ class ComponentParameters:
             try:
                 self._values[name] = declare_once(node, name, flat(default), descriptor(entry))
             except ParameterException as error:
-                raise FlightError(f"{node.get_name()}.{name}: {error}; allowed: {entry.range_text}") from None
-        self._values = component.parameters.validate(self._values, node.get_name())
-        self._values = declared.resolved(component, self._values, node.get_name(), None)
-        self.record = component.parameters.record(self._values, node.get_name())
+                raise FlightError(f"{node.graph_name}.{name}: {error}; allowed: {entry.range_text}") from None
+        self._values = component.parameters.validate(self._values, node.graph_name)
+        self._values = declared.resolved(component, self._values, node.graph_name, None)
+        self.record = component.parameters.record(self._values, node.graph_name)
 
     @property
     def values(self) -> dict:
@@ -80,7 +80,7 @@ class ComponentParameters:
     def refresh(self) -> None:
         """Write the values into the record."""
         period = self.record["period"].copy()
-        self.record[:] = self._component.parameters.record(self._values, self._node.get_name())
+        self.record[:] = self._component.parameters.record(self._values, self._node.graph_name)
         self.record["period"] = period
 
     def _filled(self, parameters) -> list[Parameter]:
@@ -103,9 +103,9 @@ class ComponentParameters:
         if fixed:
             return SetParametersResult(successful=False, reason=f"{', '.join(fixed)}: fixed when the node starts")
         try:
-            given = self._component.parameters.validate(changes, self._node.get_name())
+            given = self._component.parameters.validate(changes, self._node.graph_name)
             values = {**self._values, **given}
-            values = declared.resolved(self._component, values, self._node.get_name(), None)
+            values = declared.resolved(self._component, values, self._node.graph_name, None)
         except FlightError as error:
             return SetParametersResult(successful=False, reason=str(error))
         self._values = values

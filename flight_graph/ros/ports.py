@@ -11,6 +11,7 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSPolicyKind, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from flight_graph.ros import slots
+from flight_graph.ros.answers import AnswerReader, Judge
 from msg_schemas.qos import Qos, alone
 from msg_schemas.signal import Signal
 
@@ -42,6 +43,11 @@ def overridable(node) -> QoSOverridingOptions | None:
     return None if node.settings.supervised else QoSOverridingOptions(kinds)
 
 
+def _named(node, topic):
+    """A topic as a node has to name it; those of other programs than ours are in no vehicle."""
+    return node.in_graph(topic) if hasattr(node, "in_graph") else topic
+
+
 class LoopOnly(CallbackGroup):
     """Keeps the data subscriptions away from the executor that serves parameters and lifecycle."""
 
@@ -63,7 +69,7 @@ class RawSubscription:
         self.type_name = type_name
         self.qos_profile = profile(qos)
         self._subscription = node.create_subscription(
-            self.message_type, topic, _never, self.qos_profile, raw=True, callback_group=group,
+            self.message_type, _named(node, topic), _never, self.qos_profile, raw=True, callback_group=group,
             event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False), qos_overriding_options=overrides)
         self.topic = self._subscription.topic_name
         self._handle = self._subscription.handle
@@ -102,7 +108,7 @@ class RawPublisher:
     def __init__(self, node, topic: str, type_name: str, qos: Qos, overrides=None):
         self.qos_profile = profile(qos)
         self._publisher = node.create_publisher(
-            message_class(type_name), topic, self.qos_profile, qos_overriding_options=overrides,
+            message_class(type_name), _named(node, topic), self.qos_profile, qos_overriding_options=overrides,
             event_callbacks=PublisherEventCallbacks(use_default_callbacks=False))  # see strangers.py
         self.topic = self._publisher.topic_name
         self.type_name = type_name
@@ -145,14 +151,15 @@ class InputPort:
     topic with slots, that of the slot, whose message may be missing or have another stamp.
     """
 
-    def __init__(self, node, name: str, signal: Signal, topic: str, epoch_ns: int, group, slotted: bool = False):
+    def __init__(self, node, name: str, signal: Signal, source, epoch_ns: int, group):
+        """source: a `flight_graph.ros.settings.Source`."""
+        topic = source.topic
         self.name, self.signal, self.epoch_ns = name, signal, epoch_ns
         self.payload, self.record = signal.new()
         asked = alone(signal.role) if _is_alone(node) else signal.role.qos
         self.subscription = RawSubscription(node, topic, signal.type_name, asked, group, overridable(node))
-        self._reader = slots.SlotReader(self.subscription, RawSubscription(
-            node, slots.slots_topic(topic), slots.TYPE, slots.QOS_OF_SLOTS, group),
-            lossy=not node.settings.lockstep) if slotted else None
+        self._judge = Judge(signal) if source.foreign else None
+        self._reader = self._slots_of(node, topic, source, group) if source.slotted else None
         self.stamp_ns = None
         self._spare, self._spare_record = signal.new()
         self._spare_stamp = self._spare_record
@@ -161,6 +168,12 @@ class InputPort:
         self._pending_ns, self._is_filled = None, False
         self.sources = ""  # the nodes that publish it, once they have been found
         self.is_foreign = False  # its stamps are of another clock: each message counts as stamped when it is taken
+
+    def _slots_of(self, node, topic, source, group):
+        told = RawSubscription(node, slots.slots_topic(topic), slots.TYPE, slots.QOS_OF_SLOTS, group)
+        if source.foreign:
+            return AnswerReader(self.subscription, told, self.signal)
+        return slots.SlotReader(self.subscription, told, lossy=not node.settings.lockstep)
 
     def wait(self, nanoseconds: int) -> None:
         """Wait until a message may be there, for at most ``nanoseconds`` (and never longer than a slice)."""
@@ -179,6 +192,8 @@ class InputPort:
             if stamp_ns is None and not messages:
                 return None
             for message in messages:
+                if self._judge:
+                    self._judge.stamp_ns(message)
                 self.signal.receive(message, self._spare)
             self._is_filled = bool(messages)
             if stamp_ns is None:

@@ -8,6 +8,7 @@ Tools leave the topic out of their lists: the underscore says that it is nobody 
 import struct
 import time
 
+from flight_graph.components.names import ros
 from flight_graph.ros.ports import RawPublisher, RawSubscription
 from flight_graph.timebase import SECOND, stamp_parts
 from msg_schemas.qos import Qos
@@ -25,8 +26,8 @@ class Progress:
         self._watched = settings.supervised and not settings.clock_master
         self._beats = getattr(settings, "beats_often", False)
         self._epoch_ns, self._told_ns, self._said = settings.epoch_ns, -1, 0.0
-        self._every_ns = 0 if self._beats else settings.window_ns // 4
-        self._publisher = RawPublisher(node, f"{node.get_name()}/_progress", _TYPE, _QOS) if self._watched else None
+        self._every_ns = 0 if self._beats or settings.control else settings.window_ns // 4
+        self._publisher = RawPublisher(node, f"{ros(node.graph_name)}/_progress", _TYPE, _QOS) if self._watched else None
 
     def unmatched(self) -> str | None:
         if self._watched and self._publisher.subscribers() < 1:
@@ -55,7 +56,7 @@ class Watch:
 
     def __init__(self, node, other: str, group):
         self.t_ns, self.heard, self._epoch_ns = -1, time.monotonic(), node.settings.epoch_ns
-        self._subscription = RawSubscription(node, f"{other}/_progress", _TYPE, _QOS, group)
+        self._subscription = RawSubscription(node, f"{ros(other)}/_progress", _TYPE, _QOS, group)
 
     def is_matched(self) -> bool:
         return self._subscription.publishers() > 0

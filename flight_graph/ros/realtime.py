@@ -53,7 +53,8 @@ def run(node) -> None:
     if node.settings.clock_master:
         lockstep.wait_for_nodes(node, 0)
         _run_master(node)
-    elif node.inputs and node.component.inputs and not node.component.modes:
+    elif node.component.inputs and not node.component.modes and any(
+            not node.settings.sources[name].foreign for name in node.inputs):
         _run_follower(node)
     else:
         _run_by_the_clock(node)
@@ -63,19 +64,20 @@ def run(node) -> None:
 
 def _run_master(node):
     settings, statistics = node.settings, node.statistics
-    wall_period = round(settings.period_ns / settings.factor)  # [ns]
     beats = Beats(node)
-    began = time.monotonic_ns()
-    t_ns = tick = 0
+    deadline, t_ns = time.monotonic_ns(), 0
     while not settings.duration_ns or t_ns < settings.duration_ns:
         node.check_alive()
+        if node.pacing:
+            deadline += node.pacing.before(t_ns)
+        wall_period = round(settings.period_ns / settings.factor)  # [ns]
+        deadline += wall_period
         node.look(t_ns)
         node.publish_clock(t_ns)
         part = "output" if node.component.kernel is None else "kernel"
         node.call(part, t_ns)
         node.publish_outputs(t_ns)
         published = time.monotonic_ns()
-        deadline = began + (tick + 1) * wall_period
         _gather(node, t_ns, deadline)
         statistics.latencies_us.append((time.monotonic_ns() - published) / 1e3)
         node.call("update", t_ns)
@@ -87,9 +89,10 @@ def _run_master(node):
         elif deadline > now:
             time.sleep((deadline - now) / 1e9)
         t_ns += settings.period_ns
-        tick += 1
         if t_ns % SECOND < settings.period_ns:
             node.announce({"progress": t_ns / SECOND})
+    if node.pacing:
+        node.pacing.end(t_ns)
 
 
 def _gather(node, t_ns, deadline):
@@ -98,7 +101,7 @@ def _gather(node, t_ns, deadline):
         expected = node.settings.sources[name].expected_ns(t_ns)
         wanted = t_ns if expected is None else expected
         while port.stamp_ns is None or port.stamp_ns < wanted:
-            if not _take(node, port, t_ns):
+            if not _take(node, name, port, t_ns):
                 left = deadline - time.monotonic_ns()
                 if left <= 0 or (expected is None and port.stamp_ns is None):
                     break
@@ -114,12 +117,13 @@ def _gather(node, t_ns, deadline):
             port.clear()
 
 
-def _take(node, port, t_ns) -> bool:
+def _take(node, name, port, t_ns) -> bool:
     """Move the next message stamped <= t into the record; False when there is none. Refused messages are counted."""
     found = _peek(node, port)
     if found is None:
         return False
-    if not node.settings.supervised and (port.is_foreign or abs(found - t_ns) > _OTHER_CLOCK_NS):
+    is_among_strangers = not node.settings.supervised or node.settings.sources[name].foreign
+    if is_among_strangers and (port.is_foreign or abs(found - t_ns) > _OTHER_CLOCK_NS):
         return _take_newest(node, port, t_ns)
     if found > t_ns:
         return False
@@ -209,7 +213,7 @@ def _tick(t_ns, settings, ticks) -> int | None:
 def _follow(node, name, port, t_ns, deadline):
     expected = node.settings.sources[name].expected_ns(t_ns)
     while expected is not None and (port.stamp_ns is None or port.stamp_ns < expected):
-        if not _take(node, port, t_ns):
+        if not _take(node, name, port, t_ns):
             left = deadline - time.monotonic_ns()
             if left <= 0:
                 node.statistics.late_inputs += 1
@@ -217,15 +221,15 @@ def _follow(node, name, port, t_ns, deadline):
             port.wait(left)
             node.check_alive()
     if expected is None:
-        while _take(node, port, t_ns):
+        while _take(node, name, port, t_ns):
             pass
 
 
 def _trigger(node):
-    """The input that sets the firing: the fastest one of known rate without delay, else the first."""
-    known = [(source.period_ns, name) for name, source in node.settings.sources.items()
-             if source.period_ns and not source.delay]
-    return node.inputs[min(known)[1]] if known else next(iter(node.inputs.values()))
+    """The input that sets the firing: the fastest one of known rate without delay, else the first; no foreign node's."""
+    own = {name: source for name, source in node.settings.sources.items() if name in node.inputs and not source.foreign}
+    known = [(source.period_ns, name) for name, source in own.items() if source.period_ns and not source.delay]
+    return node.inputs[min(known)[1] if known else next(iter(own))]
 
 
 def _run_by_the_clock(node):
@@ -257,13 +261,15 @@ class ComponentFaults:
 
     def tell(self, t_ns: int) -> None:
         """Announce what has changed at t."""
-        found = self._node.faults.of_components() if self._node.get_name() == REPORT and self._node.faults else {}
-        for name, fault in found.items():
-            was = self._active.get(name, False)
-            now = bool(self._node.outputs[REPORT].record[name][0])
+        faults, node = self._node.faults, self._node.graph_name
+        if not faults or not faults.is_report(node):
+            return
+        for fault in (one for one in faults.of_components() if one in faults.of(node)):
+            was = self._active.get(fault.id, False)
+            now = bool(self._node.outputs[REPORT].record[fault.id][0])
             if now != was:
-                self._active[name] = now
-                self._node.announce({"fault": name, "of": fault.place.node, "type": fault.entry.type, "active": now,
+                self._active[fault.id] = now
+                self._node.announce({"fault": fault.id, "of": fault.place.node, "type": fault.entry.type, "active": now,
                                      "t": t_ns / SECOND})
 
 

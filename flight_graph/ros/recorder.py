@@ -10,18 +10,22 @@ import time
 from collections import deque
 from pathlib import Path
 
+from flight_graph.components.names import ros
 from flight_graph.errors import FlightError
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.bag_scenario import INJECTED_FAULTS, SET_PARAMETERS
 from flight_graph.recordings.recording import RecordedTopic, RunBag, formatted_payload
 from flight_graph.ros import live_faults, parameter_changes, texts
+from flight_graph.ros.answers import AnswerReader, Judge
 from flight_graph.ros.checkpoints import Collector
 from flight_graph.ros.installed import is_installed
 from flight_graph.ros.ports import LoopOnly, RawSubscription
 from flight_graph.ros.progress import Progress
 from flight_graph.ros.silence import TRANSITION, Silence
+from flight_graph.ros.simulation_settings import RECORDED, add_entry
 from flight_graph.ros.slots import TYPE as SLOT_TYPE
 from flight_graph.ros.slots import SlotReader, slots_topic
+from flight_graph.ros.standing import Reports
 from flight_graph.timebase import SECOND
 from msg_schemas.qos import RECORDER, Qos
 from msg_schemas.signal import SignalMismatch
@@ -29,6 +33,7 @@ from msg_schemas.signal import SignalMismatch
 DRAIN_S = 0.02  # [s] a wake-up for every message would halve the speed of the graph
 HOLD_S = 0.05  # [s] realtime: a message waits for those of other topics with earlier stamps at most this long
 _EAR = Qos(depth=1, reliable=False)  # of topics that are listened to and not recorded
+_OTHER_CLOCK_NS = 10 * SECOND  # [ns] stamps that are off by more are of another clock
 QUIET_S = 0.3  # [s] after an interruption, messages on their way are waited for this long
 
 
@@ -36,15 +41,21 @@ class Stream:
     """One recorded signal: messages taken but not written yet, and the stamp that must come next."""
 
     def __init__(self, node, topic: RecordedTopic, epoch_ns: int, end_ns: int, group, slotted: bool = False,
-                 lossy: bool = False, begin_ns: int = 0):
+                 lossy: bool = False, begin_ns: int = 0, is_foreign: bool = False):
+        self.late = 0  # answers of a foreign node that did not come in time
+        self._judge = Judge(topic.signal) if is_foreign else None
+        self.is_free = is_foreign and lossy  # its stamps may be any
         self.topic, self.end_ns = topic, end_ns
         self.lost, self.refused, self.queue = 0, 0, deque()
         self.next_ns = -(-begin_ns // topic.source_period_ns) * topic.source_period_ns
         self.excused = False  # in realtime, of a node whose process may be stopped and killed: its silence is no loss
         self._epoch_ns, self._log = epoch_ns, node.get_logger()
         self.subscription = RawSubscription(node, topic.topic, topic.type_name, RECORDER, group)
-        self._slots = SlotReader(self.subscription, RawSubscription(
-            node, slots_topic(topic.topic), SLOT_TYPE, RECORDER, group), lossy) if slotted else None
+        self._slots = None
+        if slotted:
+            told = RawSubscription(node, slots_topic(topic.topic), SLOT_TYPE, RECORDER, group)
+            self._slots = AnswerReader(self.subscription, told, topic.signal) if is_foreign else (
+                SlotReader(self.subscription, told, lossy))
         self._payload, self._record = topic.signal.new()
         self._offset = _stamp_offset(topic.signal)
 
@@ -56,8 +67,11 @@ class Stream:
         """How many sources there are, of its slots too where it has any."""
         return self.subscription.publishers() if self._slots is None else self._slots.publishers()
 
-    def drain(self) -> int:
-        """Take all that has arrived; return how many messages. One that is not of this signal is refused and counted."""
+    def drain(self, now_ns: int = 0) -> int:
+        """Take all that has arrived; return how many messages. One that is not of this signal is refused and counted.
+
+        now_ns: how far the others have come, for stamps of another clock.
+        """
         count, now = 0, time.monotonic()
         for stamp_ns, messages in self._arrived():
             count += 1
@@ -65,6 +79,12 @@ class Stream:
             if stamp_ns is None and not messages:
                 continue
             t_ns = (self._stamp_ns(messages[0]) if stamp_ns is None else stamp_ns) - self._epoch_ns
+            if self.is_free:
+                t_ns = min(t_ns if abs(t_ns - now_ns) < _OTHER_CLOCK_NS else now_ns, self.end_ns - 1)
+                self.next_ns = max(self.next_ns, t_ns + self.topic.source_period_ns)
+                self.queue.append((t_ns, messages[0], now))
+                continue
+            self.late += self._judge is not None and not messages
             if not self.excused:
                 self.lost += max(0, t_ns - self.next_ns) // self.topic.source_period_ns
             self.next_ns = t_ns + self.topic.source_period_ns
@@ -84,6 +104,8 @@ class Stream:
     def _accepted(self, message) -> bytes | None:
         """A message in the signal's own form; None for one that is not of this signal, which is counted."""
         try:
+            if self._judge:
+                self._judge.stamp_ns(message)
             return self._canonical(message)
         except SignalMismatch as error:
             self.refused += 1
@@ -122,13 +144,14 @@ class Recorder:
         first = node.beginning.checkpoint.tick if node.beginning else 0
         self.begin_ns = first * scenario.graph.base_ns
         self.streams, self.listeners, self._formatted = [], [], {}
-        faulty = {fault.place.node for fault in scenario.faults.of_components().values()}
+        faulty = {fault.place.node for fault in scenario.faults.of_components()}
         for topic in bag.topics:
             if topic.formatted is None:
-                slotted = scenario.faults.is_irregular(topic.node, topic.port)
+                is_foreign = scenario.graph.nodes[topic.node].is_foreign
+                slotted = scenario.is_irregular(topic.node, topic.port) and (settings.lockstep or not is_foreign)
                 self.streams.append(Stream(node, topic, scenario.epoch_ns, end_ns, group, slotted, not settings.lockstep,
-                                           self.begin_ns))
-                self.streams[-1].excused = not settings.lockstep and (topic.node in faulty or (
+                                           self.begin_ns, is_foreign))
+                self.streams[-1].excused = not settings.lockstep and (is_foreign or topic.node in faulty or (
                     scenario.file.watchdog is not None and topic.node != scenario.graph.clock_master))
             else:
                 self._formatted.setdefault((topic.node, topic.port), []).append(topic)
@@ -139,6 +162,9 @@ class Recorder:
         self._changes = RawSubscription(node, parameter_changes.TOPIC, texts.TYPE, parameter_changes.QOS, group) if (
             settings.supervised) else None
         self.changes = []  # the parameters that were set, as JSON
+        self._base_ns, origin = scenario.graph.base_ns, settings.control.origin if settings.control else ""
+        self.reports = Reports(node, all_of_them=True) if settings.control else None
+        self.done_to_it = [{"tick": first, "t_s": self.begin_ns / SECOND, "did": origin}] if origin else []
 
     def injected(self) -> list[str]:
         """The faults that were injected, as JSON, each as it was last."""
@@ -151,9 +177,13 @@ class Recorder:
     def drain(self) -> int:
         while self._changes and (message := self._changes.take()) is not None:
             self.changes.append(texts.text_of(message))
+        for report in self.reports.new() if self.reports else ():
+            add_entry(self.done_to_it, report, self._base_ns)
         if self.checkpoints:
             self.checkpoints.drain()
-        return sum(stream.drain() for stream in self.streams)
+        now_ns = max((stream.next_ns - stream.topic.source_period_ns for stream in self.streams if not stream.is_free),
+                     default=0)
+        return sum(stream.drain(max(0, now_ns)) for stream in self.streams)
 
     def watermark(self) -> int:
         """Every message stamped before this has been taken. In realtime a late topic holds the others for `HOLD_S`: what
@@ -190,6 +220,10 @@ class Recorder:
         counts = {stream: stream.lost + (stream.missing if ended else 0) for stream in self.streams}
         return {"/" + stream.topic.topic: int(count) for stream, count in counts.items() if count}
 
+    def late(self) -> dict[str, int]:
+        """Topic of a foreign node -> answers that were late."""
+        return {"/" + stream.topic.topic: stream.late for stream in self.streams if stream.late}
+
     def refused(self) -> dict[str, int]:
         return {"/" + stream.topic.topic: stream.refused for stream in self.streams if stream.refused}
 
@@ -210,7 +244,7 @@ def run(node, scenario: Scenario, folder: Path, settings) -> dict:
     recorder = Recorder(node, scenario, bag, settings, LoopOnly())
     progress = Progress(node, settings)
     recorder.listeners = _listeners(node, scenario, recorder.streams) if settings.supervised else []
-    silence = Silence(node, scenario, settings, recorder.streams)
+    silence = Silence(node, scenario, settings, recorder.streams, recorder.reports)
     try:
         _wait_for_publishers(node, recorder, settings, progress)
         progress.tell(recorder.begin_ns)
@@ -227,11 +261,14 @@ def run(node, scenario: Scenario, folder: Path, settings) -> dict:
         lost = recorder.lost()
         outcome = {"complete": str(recorder.done and not lost).lower(), "lost": str(sum(lost.values())),
                    **{f"lost {topic}": str(count) for topic, count in lost.items()},
+                   **{f"late {topic}": str(count) for topic, count in recorder.late().items()},
                    **{f"refused {topic}": str(count) for topic, count in recorder.refused().items()}}
         if injected := recorder.injected():
             bag.writer.metadata(INJECTED_FAULTS, {str(number): text for number, text in enumerate(injected)})
         if recorder.changes:
             bag.writer.metadata(SET_PARAMETERS, {str(number): text for number, text in enumerate(recorder.changes)})
+        if recorder.done_to_it:
+            bag.writer.metadata(RECORDED, {str(number): json.dumps(one) for number, one in enumerate(recorder.done_to_it)})
         if done := _events(node):
             bag.writer.metadata("flight_graph.watchdog", {str(number): text for number, text in enumerate(done)})
         bag.close(outcome)
@@ -271,7 +308,7 @@ def _wait_for_publishers(node, recorder, settings, progress):
     while True:
         missing = [f"{stream.subscription.topic} by the node {stream.topic.node}" for stream in recorder.streams
                    if stream.publishers() < 1]
-        missing += [f"{name}/_checkpoint" for name in (recorder.checkpoints.missing() if recorder.checkpoints else ())]
+        missing += [f"{ros(name)}/_checkpoint" for name in (recorder.checkpoints.missing() if recorder.checkpoints else ())]
         late = f"a publisher of {', '.join(missing)}" if missing else progress.unmatched()
         if late is None or node.should_end():
             return

@@ -16,6 +16,7 @@ from flight_graph.ros.entry import tell_errors
 from flight_graph.ros.environment import prepare_environment
 from flight_graph.ros.managed import ManagedNode, Stopped
 from flight_graph.ros.parameters import declare_once
+from flight_graph.ros.simulation_settings import Control, control_of
 
 
 @dataclass
@@ -29,6 +30,7 @@ class RecorderSettings:
     timeout_s: float
     supervised: bool
     linger: bool
+    control: Control | None = None
     clock_master: bool = False
 
 
@@ -52,7 +54,7 @@ class RecorderNode(ManagedNode):
             lockstep=pace == "lockstep", epoch_ns=self.scenario.epoch_ns, duration_ns=self.scenario.duration_ns,
             window_ns=self._get("graph.window_ns", 10**9), timeout_s=self._get("graph.timeout_s", 30.0),
             supervised=self._get("graph.supervised", False),
-            linger=self._get("graph.linger", False))
+            linger=self._get("graph.linger", False), control=control_of(self._get("graph.control", "")))
 
     def _get(self, name, default):
         return declare_once(self, name, default, ParameterDescriptor())

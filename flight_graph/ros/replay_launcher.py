@@ -7,9 +7,11 @@ from pathlib import Path
 import yaml
 
 from flight_graph.bags.reader import Bag, read_bag
+from flight_graph.components.names import ros
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.ros import launcher
 from flight_graph.ros.domain import Domain
+from flight_graph.ros.node_processes import Launch, RosRun
 from flight_graph.ros.patience import patience_s
 
 REPLAYER = "replayer"
@@ -40,11 +42,12 @@ def run(bag_path, scenario: Scenario, component: str, answers: list, folder: Pat
     topics += [scenario.graph.signal(edge.node, edge.port).topic for edge in node.inputs.values()]
     with tempfile.TemporaryDirectory(prefix="flight_") as work, Domain(topics) as domain:
         specs = [_spec(Path(work), component, node.use, values), _spec(Path(work), REPLAYER, REPLAYER, settings)]
-        result = launcher.Launch(specs, launcher.RosRun(out), True, progress, domain).run()
+        result = Launch(specs, RosRun(out), True, progress, domain).run()
     return read_bag(out), result.outcome["firings"], ""
 
 
 def _spec(work, name, use, values):
     path = work / f"{name}.yaml"
-    path.write_text(yaml.safe_dump({f"/**/{name}": {"ros__parameters": values}}), encoding="utf-8", newline="\n")
-    return {"name": name, "use": use, "arguments": ["--ros-args", "-r", f"__node:={name}", "--params-file", str(path)]}
+    path.write_text(yaml.safe_dump({f"/**/{ros(name)}": {"ros__parameters": values}}), encoding="utf-8", newline="\n")
+    return {"name": name, "use": use,
+            "arguments": ["--ros-args", "-r", f"__node:={name.rpartition('.')[2]}", "--params-file", str(path)]}

@@ -50,7 +50,7 @@ class Replayer:
             if entry.topic in self._publishers:
                 continue
             self._publishers[entry.topic] = RawPublisher(node, entry.topic, sent.type_name, sent.role.qos)
-            if self._run.scenario.faults.is_irregular(*entry.source):
+            if self._run.scenario.is_irregular(*entry.source):
                 self._slots[entry.topic] = (
                     RawPublisher(node, slots.slots_topic(entry.topic), slots.TYPE, slots.QOS_OF_SLOTS),
                     range(0, self._end_ns, entry.period_ns), Counter(entry.stamps_ns.tolist()))

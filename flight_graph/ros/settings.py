@@ -10,6 +10,7 @@ from rcl_interfaces.msg import ParameterDescriptor
 
 from flight_graph.errors import FlightError
 from flight_graph.ros.parameters import declare_once
+from flight_graph.ros.simulation_settings import Control, control_of
 from flight_graph.timebase import J2000, SECOND, duration_ns, period_ns
 
 
@@ -22,6 +23,7 @@ class Source:
     delay: int = 0
     is_connected: bool = True  # False: the graph leaves this input open, and it stays zero
     slotted: bool = False  # its messages may be missing: slots say what was sent
+    foreign: str = ""  # the foreign node that it comes from, where it does
 
     def expected_ns(self, t_ns: int) -> int | None:
         """Stamp of the message that belongs to a firing at t: None when there is none yet, or no rate is known."""
@@ -52,10 +54,13 @@ class Settings:
     sources: dict[str, Source] = field(default_factory=dict)
     subscribers: dict[str, int] = field(default_factory=dict)
     slotted: dict[str, bool] = field(default_factory=dict)  # outputs whose messages may be missing
+    foreign_readers: dict[str, str] = field(default_factory=dict)  # output -> foreign nodes that read it
+    match_s: float = 0.0  # longest wait for the others to appear [s of wall time]
     scenario: str = ""  # of the graph, where its faults concern this node
     beats: dict[str, int] = field(default_factory=dict)  # realtime: node -> allowed time between two beats [ns]
     beats_often: bool = False  # realtime: tell how far this node has come at every firing
     joins: bool = False  # realtime: the graph runs already
+    control: Control | None = None  # of a run that may be paused
     checkpoints: dict = field(default_factory=dict)  # see `flight_graph.ros.checkpoint_settings.CheckpointSettings`
 
     def output_period_ns(self, component, port: str) -> int:
@@ -70,7 +75,7 @@ def declare(node, component) -> Settings:
         description = ParameterDescriptor(description=doc, read_only=True, dynamic_typing=True)
         return declare_once(node, full, default, description)
 
-    name = node.get_name()
+    name = node.graph_name
     pace = get("pace", "realtime", "lockstep: as fast as the graph answers; realtime: on the wall clock")
     if pace not in ("lockstep", "realtime"):
         raise FlightError(f"{name}.graph.pace: {pace!r} is not allowed; allowed: lockstep or realtime")
@@ -102,13 +107,17 @@ def declare(node, component) -> Settings:
             int(get(f"inputs.{port}.period_ns", 0, "period of its messages [ns]; 0: take the newest")),
             int(get(f"inputs.{port}.delay", 0, "0: the message of this stamp; 1: the one before")),
             is_connected=not settings.supervised or f"graph.inputs.{port}.topic" in node._parameter_overrides,
-            slotted=bool(get(f"inputs.{port}.slotted", False, "whether faults may keep its messages back")))
+            slotted=bool(get(f"inputs.{port}.slotted", False, "whether faults may keep its messages back")),
+            foreign=get(f"inputs.{port}.foreign", "", "the foreign node that publishes it"))
     settings.beats = json.loads(get("beats", "{}", "allowed time between beats of each node [ns], as JSON"))
     settings.beats_often = bool(get("beats_often", False, "tell at every firing how far this node has come"))
     settings.joins = bool(get("joins", False, "whether the graph runs already"))
     settings.checkpoints = json.loads(get("checkpoints", "{}", "which checkpoints it tells, and begins at, as JSON"))
+    settings.control = control_of(get("control", "", "of a run that may be paused, as JSON"))
     settings.scenario = get("scenario", "", "the scenario, where its faults concern this node: a name, or a file")
+    settings.match_s = float(get("match_s", settings.timeout_s, "longest wait for others to appear [s of wall time]"))
     for port in component.outputs:
+        settings.foreign_readers[port] = get(f"outputs.{port}.foreign", "", "foreign nodes that read it")
         settings.slotted[port] = bool(get(f"outputs.{port}.slotted", False, "whether faults may keep its messages back"))
         settings.subscribers[port] = int(get(f"outputs.{port}.subscribers", 0, "readers to wait for at the start"))
     return settings

@@ -2,6 +2,7 @@
 
 import time
 
+from flight_graph.components.names import ros
 from flight_graph.ros.patience import at_least
 from flight_graph.ros.ports import LoopOnly, RawSubscription
 from flight_graph.timebase import SECOND
@@ -18,13 +19,13 @@ _PAUSED = ("inactive", "unconfigured")  # states of a node that may go on
 class Silence:
     """Judges, each time the recorder has taken what has come, whether more will come. sentence: why not, if it should."""
 
-    def __init__(self, node, scenario, settings, streams):
+    def __init__(self, node, scenario, settings, streams, reports=None):
         self.sentence = ""
-        self._name, self._settings, self._streams = node.get_name(), settings, streams
+        self._name, self._settings, self._streams, self._reports = node.get_name(), settings, streams, reports
         self._heard = self._looked = time.monotonic()
         self._states = {}
         group = LoopOnly()
-        self._transitions = {name: RawSubscription(node, f"{name}/transition_event", TRANSITION, Qos(depth=10), group)
+        self._transitions = {name: RawSubscription(node, f"{ros(name)}/transition_event", TRANSITION, Qos(depth=10), group)
                              for name in scenario.graph.nodes} if settings.supervised else {}
 
     def is_final(self, count: int) -> bool:
@@ -60,8 +61,8 @@ class Silence:
                 f"{max(stream.next_ns - stream.topic.source_period_ns, 0) / SECOND:.9f} s of {stream.end_ns / SECOND:g} s")
 
     def _is_paused(self) -> bool:
-        """Whether somebody has put a node into a state in which it does not fire, and from which it may go on."""
+        """Whether somebody lets the run stand, or has put a node into a state from which it may go on."""
         for name, subscription in self._transitions.items():
             while (message := subscription.take()) is not None:
                 self._states[name] = deserialize(message, TRANSITION).goal_state.label
-        return any(state in _PAUSED for state in self._states.values())
+        return any(state in _PAUSED for state in self._states.values()) or bool(self._reports and self._reports.stands)

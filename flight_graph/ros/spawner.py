@@ -23,6 +23,8 @@ from flight_graph.engines.child_process import die_with_parent
 _PR_SET_NAME = 15
 _LOOK_S = 0.02  # [s] between two looks at children and orders
 PROGRAMS = {"recorder": "flight_graph.ros.recorder_node:run_recorder",
+            "stand_in": "flight_graph.ros.stand_in:run_stand_in",
+            "simulation": "flight_graph.ros.simulation_node:run_simulation",
             "replayer": "flight_graph.ros.replay_runner:run_replayer"}
 
 

@@ -33,7 +33,7 @@ class Debugger:
 
     def words(self) -> list[str]:
         """What may stand behind a command, for completion."""
-        return [*self.run.scenario.graph.nodes, *fields.names(self.run.schedule)]
+        return [*self.run.scenario.graph.nodes, *fields.every_name(self.run.schedule)]
 
     def prompt(self) -> str:
         """Where the run stands."""
@@ -155,7 +155,7 @@ class Debugger:
         nodes = self.run.scenario.graph.nodes
         if rest and rest not in nodes:
             raise unknown("component", short(rest), nodes, "list")
-        for line in [one for one in fields.names(self.run.schedule) if one.startswith(f"{rest}.")] if rest else [
+        for line in [one for one in fields.every_name(self.run.schedule) if one.startswith(f"{rest}.")] if rest else [
                 f"{name}: {node.rate_hz:g} Hz; {', '.join(node.component.outputs) or 'no outputs'}"
                 for name, node in nodes.items()]:
             self._say(line)

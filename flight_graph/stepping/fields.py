@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flight_graph.components import names
 from flight_graph.engines.schedule import Schedule
 from flight_graph.errors import FlightError, unknown
 from flight_graph.faults import places
@@ -48,7 +49,7 @@ def plain(record) -> dict:
 def find(text: str, schedule: Schedule, where: str = "print") -> Found:
     """The record or field of a name. Raises FlightError with the nearest names."""
     nodes = schedule.graph.nodes
-    name, _, rest = text.strip().replace(" ", "").partition(".")
+    name, rest = names.split(text.strip().replace(" ", ""), nodes)
     if name not in nodes:
         owners = [node for node in nodes if name.partition("[")[0] in nodes[node].component.outputs]
         if len(owners) != 1:
@@ -74,7 +75,7 @@ def find(text: str, schedule: Schedule, where: str = "print") -> Found:
     return found
 
 
-def names(schedule: Schedule) -> list[str]:
+def every_name(schedule: Schedule) -> list[str]:
     """All that can be looked at."""
     found = []
     for name, node in schedule.graph.nodes.items():
@@ -86,10 +87,17 @@ def names(schedule: Schedule) -> list[str]:
     return found
 
 
+def node_and_port(found: Found, schedule: Schedule) -> tuple[str, str]:
+    """Whose record it is; of states and parameters the port is empty."""
+    whole = found.array[2:]
+    node, _, port = whole.rpartition(".")
+    return (whole, "") if whole in schedule.graph.nodes else (node, port)
+
+
 def unit(found: Found, schedule: Schedule) -> str:
     """The unit of a field, in brackets; empty where none is declared."""
     name = found.path.partition("[")[0]
-    node, _, port = found.array[2:].partition(".")
+    node, port = node_and_port(found, schedule)
     component = schedule.graph.nodes[node].component
     if not port:
         entries = (component.state if found.array.startswith("X_") else component.parameters).entries

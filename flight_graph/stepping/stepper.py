@@ -286,7 +286,7 @@ class Stepper:
         found = fields.find(name, self.schedule, "plot")
         if not found.path:
             raise FlightError(f"plot: {name} is a record; name a number of it")
-        node = self.scenario.graph.nodes[found.array[2:].partition(".")[0]]
+        node = self.scenario.graph.nodes[fields.node_and_port(found, self.schedule)[0]]
         base_ns, period = self.scenario.graph.base_ns, self.scenario.graph.ticks(node)
         first = max(self.first_tick, self.tick - round(seconds * SECOND) // base_ns)
         period *= max(1, -(-(self.tick - first) // (period * most)))

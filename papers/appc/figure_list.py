@@ -86,3 +86,5 @@ FIGURES = [
           (45, "Backstepping", "backstepping", "twice eq. (9) per axis; the ground would have to pull with 10 m g"),
           (46, "PD", "PD", "1.4 times eq. (9) per axis; the ground would have to pull with 5 m g"))],
 ]
+GALLERY = [(f"fig_{entry.number:02d}.png", f"Fig. {entry.number}. {entry.title}: {entry.look}", (entry.number,), ())
+           for entry in FIGURES]  # file, caption, numbers in the paper, rows of claims that are judged on it besides

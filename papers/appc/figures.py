@@ -6,12 +6,15 @@ import numpy as np
 
 from flight_graph.claims.claim_runs import RunEntry, identity
 from flight_graph.engines.compiled import CompiledRun
-from papers.appc.figure_list import ANGLE, EFFORT, ERROR, FEASIBILITY, FIGURES, RATE
+from flight_graph.plots import style
+from flight_graph.recordings.what_ran import title
+from papers.appc.figure_list import ANGLE, EFFORT, ERROR, FEASIBILITY, FIGURES, GALLERY, RATE
 from papers.appc.figure_traces import trace
 from papers.appc.metrics import (
     COMMAND,
     CONTACT,
     FUNNEL,
+    OUTCOMES,
     TRUTH,
     contact_history,
     matched,
@@ -19,6 +22,7 @@ from papers.appc.metrics import (
     until_decided,
 )
 
+__all__ = ["GALLERY", "draw", "overview"]
 LINES = {"case 1": "#0b6e99", "case 2": "#c0392b", "case 3": "#2e8b57", "APPC": "#0b6e99", "backstepping": "#c0392b",
          "PD": "#2e8b57", "": "#0b6e99"}
 AXES = ("x (phi)", "y (theta)", "z (psi)")
@@ -26,62 +30,78 @@ COLOURS = ("#0b6e99", "#c0392b", "#2e8b57")
 
 
 def overview(scenario, signals, path) -> Path:
-    """Attitude in its funnel, rates against eq. (9), the rate funnel and the torques, as one PNG.
+    """Attitude in its funnel, rates against eq. (9), the rate funnel and the torques, as one picture.
 
-    For a law without funnels the normal force stands in the place of the rate funnel; a run that was decided by a
-    landing or a fall is drawn up to then.
+    The funnel is that of the attitude error: of a law that tracks a reference the error is drawn, not the attitude. For a
+    law without funnels the normal force stands in the place of the rate funnel; a run that was decided by a landing or a
+    fall is drawn up to then, and says so.
     """
-    import matplotlib
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
     signals = until_decided(scenario, signals)
     truth, funnel = signals[TRUTH], signals.get(FUNNEL)
     t = seconds(truth, scenario)
     values = scenario.graph.nodes["plant"].values
     limit = np.sqrt(np.sqrt(2.0) * values["gravity"] / values["length"])
     torque = matched(t, signals[COMMAND], scenario)
-    figure, panels = pyplot.subplots(2, 2, figsize=(12.0, 8.0), layout="constrained", sharex=True)
+    figure = style.new_figure(13.0, 8.0)
+    panels = figure.subplots(2, 2, sharex=True)
     attitude, rates, funnels, torques = panels.ravel()
     for axis in range(3):
-        attitude.plot(t, truth["angles"][:, axis], color=COLOURS[axis], label=AXES[axis])
-        rates.plot(t, truth["rates"][:, axis], color=COLOURS[axis], lw=0.9)
-        torques.plot(t, 1e3 * torque[:, axis], color=COLOURS[axis], lw=0.9)
-    for sign in (1.0, -1.0):
-        rates.axhline(sign * limit, color="k", ls="--", lw=1.0)
+        rates.plot(t, truth["rates"][:, axis], color=COLOURS[axis], lw=0.9, label=f"omega_{'xyz'[axis]}")
+        torques.plot(t, 1e3 * torque[:, axis], color=COLOURS[axis], lw=0.9, label=f"u_{'xyz'[axis]}")
     if funnel is not None:
-        draw_funnels(attitude, funnels, seconds(funnel, scenario), funnel)
+        draw_funnels(scenario, truth, attitude, funnels, funnel)
     else:
         normal = signals[CONTACT]["normal_force"] if CONTACT in signals else contact_history(truth, torque, values)[0]
-        attitude.set(title="Attitude")
-        funnels.plot(t, normal, color=COLOURS[0], lw=0.9)
+        for axis in range(3):
+            attitude.plot(t, truth["angles"][:, axis], color=COLOURS[axis], label=AXES[axis])
+        attitude.set(title="Attitude", ylabel="Cardan angle [rad]")
+        funnels.plot(t, normal, color=COLOURS[0], lw=0.9, label="normal force")
         funnels.axhline(0.0, color="k", ls="--", lw=1.0)
         funnels.set(title="Normal force; below zero the ground would have to pull", ylabel="N / (m g) [1]")
     rates.plot(t, np.linalg.norm(truth["rates"], axis=1), color="0.45", lw=1.4, label="|omega|")
-    attitude.set(ylabel="Cardan angle [rad]")
-    rates.set(title="Rates, and the limit of eq. (9) (dashed)", ylabel="rate [rad/s]")
+    for sign, label in ((1.0, "eq. (9)"), (-1.0, None)):
+        rates.axhline(sign * limit, color="k", ls="--", lw=1.0, label=label)
+    rates.set(title="Rates, and the limit of eq. (9)", ylabel="rate [rad/s]")
     funnels.set(xlabel="time [s]")
     torques.set(title="Wheel torques", ylabel="torque [mN m]", xlabel="time [s]")
-    attitude.legend(frameon=False)
-    rates.legend(frameon=False)
     for panel in panels.ravel():
-        panel.grid(alpha=0.25)
-    figure.suptitle(f"{scenario.file.title} ({scenario.name})")
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=110)
-    pyplot.close(figure)
-    return path
+        style.legend(panel)
+    decided = decision(signals)
+    if decided:
+        figure.text(0.01, 0.005, f"The run was decided {decided}; drawn until then.", fontsize=10, color="#a93226")
+        figure.get_layout_engine().set(rect=(0.0, 0.03, 1.0, 0.97))
+    return style.save(figure, path, title(scenario))
 
 
-def draw_funnels(attitude, panel, t, funnel):
-    """The attitude's funnel into its panel, the rate error over its funnel into another."""
+def decision(signals) -> str:
+    """How and when the contact decided a run, in words; "" of one that stayed up."""
+    if CONTACT not in signals or not len(signals[CONTACT]) or signals[CONTACT]["end_time"][-1] < 0.0:
+        return ""
+    last = signals[CONTACT][-1]
+    return f"after {last['end_time']:.4g} s: {OUTCOMES[int(last['outcome'])]}"
+
+
+def draw_funnels(scenario, truth, attitude, panel, funnel):
+    """The angles, or the errors that are held in it, with the attitude's funnel; the rate error over its funnel."""
+    t, moves = seconds(funnel, scenario), _reference_moves(scenario)
     for axis in range(3):
-        panel.plot(t, funnel["rate_xi"][:, axis], color=COLOURS[axis], lw=0.9)
-    for sign in (1.0, -1.0):
-        attitude.plot(t, sign * funnel["attitude_bound"][:, 0], "k--", lw=1.0)
+        if moves:
+            attitude.plot(t, funnel["attitude_error"][:, axis], color=COLOURS[axis], label=f"e_{'xyz'[axis]}")
+        else:
+            attitude.plot(seconds(truth, scenario), truth["angles"][:, axis], color=COLOURS[axis], label=AXES[axis])
+        panel.plot(t, funnel["rate_xi"][:, axis], color=COLOURS[axis], lw=0.9, label=f"xi_{'xyz'[axis]}")
+    for sign, label in ((1.0, "funnel"), (-1.0, None)):
+        attitude.plot(t, sign * funnel["attitude_bound"][:, 0], "k--", lw=1.0, label=label)
         panel.axhline(sign, color="k", ls="--", lw=1.0)
-    attitude.set(title="Attitude, and its funnel (dashed)")
+    attitude.set(title="Error against the reference, and its funnel" if moves else "Attitude, and its funnel",
+                 ylabel="error of the Cardan angle [rad]" if moves else "Cardan angle [rad]")
     panel.set(title="Rate error over its funnel: |xi_u| < 1", ylabel="xi_u [1]")
+
+
+def _reference_moves(scenario) -> bool:
+    """Whether the law holds something else than the zero attitude."""
+    law = scenario.graph.nodes["controller"].values if "controller" in scenario.graph.nodes else {}
+    return law.get("reference_form", "constant") != "constant" or bool(np.any(np.array(law.get("reference", 0.0)) != 0.0))
 
 
 def draw(folder, advance=None, numbers=None, kept=None) -> list[Path]:
@@ -127,7 +147,7 @@ def _draw_entry(figure, entry, traces):
         for label, run in traces.items():
             _curve(panels[0], entry, run, label)
         if len(traces) > 1:
-            panels[0].legend(frameon=False, fontsize=8)
+            style.legend(panels[0])
         if entry.quantity == RATE and _shows_limit(traces):
             for sign in (1.0, -1.0):
                 panels[0].axhline(sign * next(iter(traces.values())).limit, color="k", ls=":", lw=1.0)
@@ -170,7 +190,7 @@ def _feasibility(panels, run):
     rates.plot(run.t, np.linalg.norm(run.rates, axis=1), color="0.45", lw=1.3, label="|omega|")
     rates.axhline(run.limit, color="k", ls=":", lw=1.0, label="eq. (9)")
     rates.set_ylabel("rate [rad/s]")
-    rates.legend(frameon=False, fontsize=8, ncols=2)
+    style.legend(rates)
     force.plot(run.t, run.normal_force, color="#6a3d9a", lw=1.1)
     force.axhline(0.0, color="k", ls=":", lw=1.0)
     force.set_ylabel("normal force [m g]")

@@ -11,11 +11,19 @@ from scipy.integrate import trapezoid
 
 from cubli_ros import jump_condition
 from cubli_ros.attitude import rotation_matrix
-from flight_graph.graphs.glossary import number, recorded, word
+from flight_graph.graphs.glossary import Alarm, number, recorded, word
 from flight_math import Vec3, plain, sincos
 from papers.appc import consistency, motion_metrics
 from papers.appc.consistency import filter_consistency
-from papers.appc.motion_metrics import has_proof, moments, proof_metrics, rate_error_jump, wheel_work
+from papers.appc.motion_metrics import (
+    centre_inertia,
+    has_proof,
+    moments,
+    proof_metrics,
+    rate_error_jump,
+    turned_by,
+    wheel_work,
+)
 
 SETTLED = 0.008  # [rad]
 TRUTH, COMMAND, FUNNEL, CONTACT = "cubli/truth", "cubli/wheel_command", "cubli/funnel", "cubli/truth/contact"
@@ -28,7 +36,8 @@ METRICS = (
     *(number(f"adaptive_{loop}_{axis}", "1", f"adaptive gain v_hat_{loop} of axis {axis} at the end", NO_FUNNEL)
       for loop in "au" for axis in "xyz"),
     number("rearmed", "1", "how often the funnels were opened anew", NO_FUNNEL),
-    number("samples_outside", "1", "samples of the law outside of a funnel", NO_FUNNEL),
+    number("samples_outside", "1", "samples of the law outside of a funnel", NO_FUNNEL, alarm=Alarm(
+        "the state left a funnel of the law, for {value} samples: what is proved within them says nothing of this run", 0.0)),
     number("settling_time_s", "s", "last time any |e_a| > 0.008 rad", "not settled within the run", headline=True),
     number("overshoot_percent", "%", "largest excursion of an axis beyond zero, over the largest initial |angle|",
            "it starts settled, within 0.008 rad"),
@@ -55,7 +64,9 @@ METRICS = (
     number("slip_first_s", "s", "first time outside the friction cone", "it never slips"),
     number("lift_off_s", "s", "first time without contact", "it stays on the ground"),
     number("end_s", "s", "when the run was decided", "it was not, it stayed up"),
-    word("outcome", "how it was decided: landed after a flight, fell, or jammed sliding", "it was not, it stayed up"),
+    word("outcome", "how it was decided: landed after a flight, fell, or jammed sliding", "it was not, it stayed up",
+         alarm=Alarm("the run was decided before its time: {value} (end_s says when); metrics and figure are of the time "
+                     "until then")),
     number("flight_time_s", "s", "time in the air"),
     number("sliding_time_s", "s", "time sliding"),
     number("hop_height", "m", "largest height of the corner above the ground"),
@@ -229,7 +240,9 @@ def contact_history(truth, torque, values) -> tuple:
     mass, length = values["mass"], values["length"]
     gravity, rates, arm = truth["gravity"], truth["rates"], np.full(3, 0.5 * length)
     moment = np.cross(values["gravity_sign"] * arm, mass * gravity)
-    acceleration = (moment + torque) / (mass * length * length / 6.0) + truth["disturbance"]
+    if np.any(values.get("body_inertia", 0.0)):
+        moment = moment - np.cross(rates, rates @ centre_inertia(values))
+    acceleration = turned_by(moment + torque, values) + truth["disturbance"]
     force = np.cross(acceleration, arm) + np.cross(rates, np.cross(rates, arm)) - gravity
     weight = np.linalg.norm(gravity, axis=1)
     up = -gravity / weight[:, None]

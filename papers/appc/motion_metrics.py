@@ -44,6 +44,8 @@ def moments(truth, torque, values) -> dict:
     rates, wheels = truth["rates"], truth["wheel_speed"]
     square = values["mass"] * values["length"] * values["length"]
     momentum = square * (11.0 / 12.0 * rates - 0.25 * rates.sum(axis=1, keepdims=True))
+    if np.any(values.get("body_inertia", 0.0)):
+        momentum = rates @ centre_inertia(values) + square * (0.75 * rates - 0.25 * rates.sum(axis=1, keepdims=True))
     momentum += values["wheel_inertia"] * wheels
     return {"gyroscopic_moment": largest_norm(np.cross(rates, momentum)),
             "gravity_moment": largest_norm(gravity_moment(truth, values)),
@@ -53,6 +55,20 @@ def moments(truth, torque, values) -> dict:
 def largest_norm(vectors) -> float:
     """Of vectors (n, 3)."""
     return float(np.sqrt((vectors * vectors).sum(axis=1)).max())
+
+
+def centre_inertia(values) -> np.ndarray:
+    """Inertia (3, 3) [kg m^2] of the body about its centre: the user's own, or a solid cube's."""
+    own = np.array(values.get("body_inertia", np.zeros((3, 3))), float)
+    return own if own.any() else values["mass"] * values["length"] * values["length"] / 6.0 * np.eye(3)
+
+
+def turned_by(moments, values) -> np.ndarray:
+    """Angular accelerations (n, 3) [rad/s^2] of that inertia by moments (n, 3) [N m] about its centre."""
+    inertia = centre_inertia(values)
+    if np.any(values.get("body_inertia", 0.0)):
+        return np.linalg.solve(inertia, moments.T).T
+    return moments / inertia[0, 0]
 
 
 def gravity_moment(truth, values) -> np.ndarray:
@@ -88,9 +104,8 @@ def proof_metrics(t, funnel, truth, plant, law) -> dict:
         bound_dot = np.array(law[f"l_{loop}"]) * (bound - np.array(law[f"rho_{loop}_inf"]))
         drift = -bound_dot / bound * error
         if loop == "u":
-            inertia = plant["mass"] * plant["length"] * plant["length"] / 6.0
             virtual_dot = np.gradient(truth["rates"] - error, t, axis=0)
-            drift = drift + gravity_moment(truth, plant) / inertia - virtual_dot + truth["disturbance"]
+            drift = drift + turned_by(gravity_moment(truth, plant), plant) - virtual_dot + truth["disturbance"]
         least, most = (1.0 / bound).min(axis=0), np.abs(drift / bound).max(axis=0)
         v = most / (least * k) - funnel[f"adaptive_{loop}"]
         value = -0.5 * np.log1p(-xi * xi) + k * least / (2.0 * eta) * v * v

@@ -4,28 +4,23 @@ from pathlib import Path
 
 import numpy as np
 
+from flight_graph.plots import style
+from flight_graph.recordings.what_ran import title
 from papers.lander import energy
 from papers.lander.metrics import seconds
 
 COLOURS = ("#0b6e99", "#c0392b", "#2e8b57")
-GREY = "0.45"
-
-
-def pyplot():
-    """matplotlib.pyplot on a backend that writes files only."""
-    import matplotlib
-    matplotlib.use("Agg")
-    from matplotlib import pyplot as found
-    return found
-
-
-def save(figure, path) -> Path:
-    """Write a figure, close it, and return where it is."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=110)
-    pyplot().close(figure)
-    return path
+GALLERY = [  # file, caption, numbers in the paper (its figures are not public), rows of claims that are judged on it
+    ("lander_nominal.png", "The nominal landing: path, constraints, errors, potential", (),
+     ("touches-down", "desired-attitude", "collision-avoidance", "line-of-sight", "lyapunov-falls", "nominal-numbers")),
+    ("lander_constraints.png", "What each term of the potential is for: the same start without it", (),
+     ("both-needed", "funnel-and-ground", "lyapunov-rate")),
+    ("lander_unconstrained.png", "Without the constraint terms", (), ("price",)),
+    ("lander_pd.png", "A PD law in its place", (), ("coriolis-baseline",)),
+    ("lander_estimated.png", "On its own navigation", (), ("navigation", "lyapunov-falls-always")),
+    ("lander_monte_carlo.png", "200 random starts, with perfect and with noisy navigation", (),
+     ("monte-carlo", "monte-carlo-perturbed")),
+]
 
 
 def flight(scenario, signals, topic):
@@ -38,21 +33,33 @@ def flight(scenario, signals, topic):
 
 
 def overview(scenario, signals, path) -> Path:
-    """Path over the keep-out funnel, clearance, line of sight, errors, velocities, wrench, potential, as one PNG."""
-    plt = pyplot()
-    figure = plt.figure(figsize=(15.0, 11.0), layout="constrained")
-    draw_path(figure.add_subplot(3, 3, 1, projection="3d"), scenario, signals)
-    panels = [figure.add_subplot(3, 3, place) for place in range(2, 10)]
+    """Path over the keep-out funnel, clearance, line of sight, errors, velocities, wrench, potential, as one picture."""
+    figure = style.new_figure(18.0, 11.0)
+    grid = figure.add_gridspec(4, 3, width_ratios=(1.3, 1.0, 1.0))
+    draw_path(figure.add_subplot(grid[:3, 0], projection="3d"), scenario, signals)
+    panels = [figure.add_subplot(grid[row, column]) for row in range(4) for column in (1, 2)]
     draw_constraints(panels[0], panels[1], scenario, signals)
     draw_errors(panels[2], panels[3], scenario, signals)
     draw_velocities(panels[4], scenario, signals)
-    draw_wrench(panels[5], panels[6], scenario, signals)
-    draw_potential(panels[7], scenario, signals)
+    draw_potential(panels[5], scenario, signals)
+    draw_wrench(panels[6], panels[7], scenario, signals)
+    words = figure.add_subplot(grid[3, 0])
+    words.axis("off")
+    words.text(0.02, 0.9, ending(scenario, signals), va="top", fontsize=11, wrap=True)
     for panel in panels:
-        panel.grid(alpha=0.25)
+        style.legend(panel)
+    for panel in panels[-2:]:
         panel.set_xlabel("time [s]")
-    figure.suptitle(f"{scenario.file.title} ({scenario.name})")
-    return save(figure, path)
+    return style.save(figure, path, title(scenario))
+
+
+def ending(scenario, signals) -> str:
+    """How the landing ended, in words."""
+    last = signals["lander/truth/summary"][-1]
+    if not last["landed"]:
+        return f"Not landed within {scenario.duration_ns / 1e9:g} s."
+    return (f"Landed after {last['time']:.4g} s; drawn until then.\n{last['lateral']:.3g} m from the site, "
+            f"{last['speed']:.3g} m/s, {np.degrees(last['attitude_error']):.3g} deg.")
 
 
 def draw_path(panel, scenario, signals):
@@ -95,7 +102,6 @@ def draw_errors(position, attitude, scenario, signals):
     t, truth = flight(scenario, signals, "lander/truth")
     for axis, name in enumerate("xyz"):
         position.plot(t, truth["site_position"][:, axis], color=COLOURS[axis], label=f"{name} (D)")
-    position.legend(frameon=False)
     position.set(title="Position error", ylabel="r [m]")
     turn = 2.0 * np.arcsin(np.clip(np.linalg.norm(truth["attitude"][:, :3], axis=1), 0.0, 1.0))
     attitude.semilogy(t, np.maximum(np.degrees(turn), 1e-4), color=COLOURS[0])
@@ -107,7 +113,7 @@ def draw_velocities(panel, scenario, signals):
     t, truth = flight(scenario, signals, "lander/truth")
     panel.plot(t, np.linalg.norm(truth["site_velocity"], axis=1), color=COLOURS[0], label="speed [m/s]")
     panel.plot(t, np.degrees(np.linalg.norm(truth["rates"], axis=1)), color=COLOURS[1], label="rate [deg/s]")
-    panel.legend(frameon=False)
+    style.legend(panel)
     panel.set(title="Velocities relative to the site", ylabel="m/s, deg/s")
 
 
@@ -116,8 +122,7 @@ def draw_wrench(force, torque, scenario, signals):
     t, command = flight(scenario, signals, "lander/cmd_wrench")
     for axis, name in enumerate("xyz"):
         force.plot(t, command["wrench"]["force"][:, axis], color=COLOURS[axis], lw=0.9, label=name)
-        torque.plot(t, command["wrench"]["torque"][:, axis], color=COLOURS[axis], lw=0.9)
-    force.legend(frameon=False, ncols=3)
+        torque.plot(t, command["wrench"]["torque"][:, axis], color=COLOURS[axis], lw=0.9, label=name)
     force.set(title="Force in B", ylabel="force [N]")
     torque.set(title="Torque in B", ylabel="torque [N m]")
     torque.set_xscale("symlog", linthresh=1.0)
@@ -134,32 +139,34 @@ def draw_potential(panel, scenario, signals):
     panel.semilogy(t, np.maximum(law["potential_terms"][:, 2], 1e-6), color=COLOURS[2], lw=0.9, label="terrain [J]")
     panel.semilogy(t, np.maximum(-law["lyapunov_rate"], 1e-6), color=COLOURS[1], lw=0.9, label="-dL/dt [W]")
     panel.set(ylabel="J, W", ylim=(1e-4, None))
-    panel.legend(frameon=False)
+    style.legend(panel)
 
 
 def dispersion(scenario, signals, path) -> Path:
     """Overview of one case of the Monte Carlo, which records its tally alone: how it went, over time."""
-    plt = pyplot()
     t, tally = flight(scenario, signals, "lander/truth/summary")
-    figure, panels = plt.subplots(2, 2, figsize=(11.0, 7.0), layout="constrained", sharex=True)
+    figure = style.new_figure(11.0, 7.5)
+    panels = figure.subplots(2, 2, sharex=True)
     for panel, (name, scale, label) in zip(panels.ravel(), (
             ("lateral", 1.0, "lateral distance [m]"), ("speed", 1.0, "speed [m/s]"),
             ("attitude_error", np.degrees(1.0), "attitude error [deg]"), ("delta_v", 1.0, "delta-v [m/s]"))):
         panel.plot(t, scale * tally[name], color=COLOURS[0])
         panel.set(ylabel=label)
         panel.grid(alpha=0.25)
-    figure.suptitle(f"{scenario.file.title} ({scenario.name})")
-    return save(figure, path)
+    panels[1, 0].set_xlabel("time [s]")
+    panels[1, 1].set_xlabel("time [s]")
+    figure.supxlabel(ending(scenario, signals), fontsize=10)
+    return style.save(figure, path, title(scenario))
 
 
 def scatter(rows: dict, path) -> Path:
     """Monte Carlo dispersion. rows: title -> list of metrics of its runs."""
-    plt = pyplot()
-    figure, panels = plt.subplots(1, 3, figsize=(15.0, 4.6), layout="constrained")
-    for colour, (title, found) in zip(COLOURS, rows.items()):
+    figure = style.new_figure(16.0, 4.6)
+    panels = figure.subplots(1, 3)
+    for colour, (label, found) in zip(COLOURS, rows.items()):
         def column(name, found=found):
             return [row[name] for row in found]
-        panels[0].scatter(column("lateral_m"), column("speed_mps"), s=12, color=colour, alpha=0.7, label=title)
+        panels[0].scatter(column("lateral_m"), column("speed_mps"), s=12, color=colour, alpha=0.7, label=label)
         panels[1].scatter(column("attitude_deg"), column("rate_dps"), s=12, color=colour, alpha=0.7)
         panels[2].scatter(column("los_max_deg"), column("clearance_min_m"), s=12, color=colour, alpha=0.7)
     panels[0].set(title="At contact", xlabel="lateral distance [m]", ylabel="speed [m/s]", xscale="log", yscale="log")
@@ -171,11 +178,11 @@ def scatter(rows: dict, path) -> Path:
     panels[2].set(title="On the way", xlabel="largest line-of-sight angle [deg]", ylabel="smallest clearance [m]")
     panels[2].axvline(30.0, color="k", ls="--", lw=1.0)
     panels[2].axhline(0.0, color="k", ls="--", lw=1.0)
-    panels[0].legend(frameon=False)
+    style.legend(panels[0])
     for panel in panels:
         panel.grid(alpha=0.25)
         panel.xaxis.set_minor_formatter("")
-    return save(figure, path)
+    return style.save(figure, path)
 
 
 BESIDE = {  # title -> what is set in the nominal scenario, or another one
@@ -188,21 +195,21 @@ BESIDE = {  # title -> what is set in the nominal scenario, or another one
 
 def constraints(flown: dict, path) -> Path:
     """What each term of the potential is for. flown: title -> (scenario, signals), the first with both terms."""
-    plt = pyplot()
-    figure, panels = plt.subplots(2, 2, figsize=(12.0, 8.0), layout="constrained")
+    figure = style.new_figure(13.0, 8.0)
+    panels = figure.subplots(2, 2)
     side, clearance, view, fall = panels.ravel()
-    for (title, (scenario, signals)), colour in zip(flown.items(), (*COLOURS, "#d68910")):
+    for (label, (scenario, signals)), colour in zip(flown.items(), (*COLOURS, "#d68910")):
         t, truth = flight(scenario, signals, "lander/truth")
         x, y, z = truth["site_position"].T
         values, distance = scenario.graph.nodes["plant"].values, np.linalg.norm(truth["site_position"], axis=1)
         angle = np.where(distance > values["view_range"], np.degrees(truth["view_angle"]), np.nan)
         width = 1.5
-        if title == "both terms":
+        if label == "both terms":
             width = 4.0
             side.fill_between(np.hypot(x, y), keep_out(values, x, y), color="#c9b79c", alpha=0.6,
                               label="keep-out, below the first")
             draw_fall(fall, scenario, signals)
-        side.plot(np.hypot(x, y), z, color=colour, lw=width, label=title)
+        side.plot(np.hypot(x, y), z, color=colour, lw=width, label=label)
         clearance.plot(t, truth["clearance"], color=colour, lw=width)
         view.plot(t, angle, color=colour, lw=width)
     side.set(title="Way to the site, from the side", xlabel="horizontal distance [m]", ylabel="z [m]")
@@ -210,10 +217,10 @@ def constraints(flown: dict, path) -> Path:
     view.set(title="Line of sight, |r| > 5 m", xlabel="time [s]", ylabel="angle [deg]")
     clearance.axhline(0.0, color="k", ls="--", lw=1.0)
     view.axhline(30.0, color="k", ls="--", lw=1.0)
-    side.legend(frameon=False)
+    style.legend(side)
     for panel in panels.ravel():
         panel.grid(alpha=0.25)
-    return save(figure, path)
+    return style.save(figure, path)
 
 
 def draw_fall(panel, scenario, signals):
@@ -227,7 +234,7 @@ def draw_fall(panel, scenario, signals):
     panel.plot(t, level, color=COLOURS[0], lw=3.0, alpha=0.5, label="L along the true motion")
     panel.plot(t, level[0] - taken, color="k", ls="--", lw=1.0, label="L(0) less what the damping takes")
     panel.set(title="Lyapunov function, both terms", xlabel="time [s]", ylabel="J")
-    panel.legend(frameon=False)
+    style.legend(panel)
 
 
 def draw(folder, progress=None, kept=None) -> list[Path]:
@@ -251,9 +258,9 @@ def draw(folder, progress=None, kept=None) -> list[Path]:
     if progress:
         progress(len(names) + 1, len(names) + 2, "lander_constraints")
     rows = {}
-    for title, name in (("perfect", "lander_monte_carlo"), ("perturbed", "lander_monte_carlo_perturbed")):
+    for label, name in (("perfect", "lander_monte_carlo"), ("perturbed", "lander_monte_carlo_perturbed")):
         cases = Cases(load(name))
-        rows[title] = [row.metrics for row in cases.rows(range(cases.vary.count))]
+        rows[label] = [row.metrics for row in cases.rows(range(cases.vary.count))]
     drawn.append(scatter(rows, Path(folder) / "lander_monte_carlo.png"))
     if progress:
         progress(len(names) + 2, len(names) + 2, "lander_monte_carlo")

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from flight_graph.graphs.glossary import LandingPoints, flag, number, recorded
+from flight_graph.graphs.glossary import Alarm, LandingPoints, flag, number, recorded
 from papers.lander import energy
 from papers.lander.terrain import terrain
 
@@ -20,7 +20,8 @@ AT_END = "true, at the contact trigger, or at the end of a run without one"
 BEFORE = "the true state was not recorded"
 METRICS = (
     flag("success", "landed within the limits of success, with both constraints kept", headline=True),
-    flag("landed", "the contact trigger fired within the run", headline=True),
+    flag("landed", "the contact trigger fired within the run", headline=True, alarm=Alarm(
+        "it did not land within the run", is_=False)),
     number("touchdown_time_s", "s", "time of the contact trigger", "it never fired"),
     number("lateral_m", "m", f"distance from the site's normal; {AT_END}", headline=True),
     number("speed_mps", "m/s", f"speed relative to the site; {AT_END}", headline=True),
@@ -35,8 +36,10 @@ METRICS = (
     number("clearance_min_time_s", "s", "when that was", "never that far away"),
     number("clearance_min_all_m", "m", "smallest clearance d anywhere", smallest_is_worst=True),
     number("los_max_deg", "deg", "largest angle between -z_B and the goal at |r| > 5 m", headline=True),
-    number("clearance_violation_s", "s", "time with d < 0"),
-    number("los_violation_s", "s", "time beyond the view cone at |r| > 5 m"),
+    number("clearance_violation_s", "s", "time with d < 0", alarm=Alarm(
+        "it was below the keep-out funnel for {value} s", 0.0)),
+    number("los_violation_s", "s", "time beyond the view cone at |r| > 5 m", alarm=Alarm(
+        "the site was out of the camera's cone for {value} s", 0.0)),
     number("delta_v_mps", "m/s", "integral of |f|/m", headline=True),
     number("torque_impulse_Nms", "N m s", "integral of |tau|"),
     number("force_peak_N", "N", "largest component of the delivered force"),

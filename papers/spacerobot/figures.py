@@ -4,8 +4,20 @@ from pathlib import Path
 
 import numpy as np
 
+from flight_graph.plots import style
+from flight_graph.recordings.what_ran import title
 from papers.spacerobot.metrics import attitude_errors, matched, seconds
 
+GALLERY = [  # file, caption, numbers in the paper, rows of claims that are judged on it besides
+    ("spacerobot_fig8.png", "Fig. 8. Orientation task, true parameters: attitude and joints come to rest on their targets", (8,),
+     ()),
+    ("spacerobot_fig9.png", "Fig. 9. Parameters known before flight only: nothing diverges with the law as printed", (9,), ()),
+    ("spacerobot_fig10.png", "Fig. 10. Roll error for Lambda 0.4 to 2: by the printed law a larger Lambda is faster; the reading "
+     "with the desired motion fed forward shows the paper's trend", (10,), ()),
+    ("spacerobot_fig11_12.png", "Figs. 11, 12. Harmonics with both methods: attitude error, and the base's inertia as it is "
+     "estimated", (11, 12), ()),
+    ("spacerobot_fig13.png", "Fig. 13. Attitude error against how wrong the prior is: one draw scaled, and six draws", (13,), ()),
+]
 JOINT_NAMES = ("theta 1", "theta 2", "theta 3", "theta 4")
 AXIS_NAMES = ("roll", "pitch", "yaw")
 PRIOR = {"controller.prior_eta": 0.2}
@@ -17,30 +29,38 @@ MOVING = {"plant.initial_rates": [0.0548311, 0.0, 0.0],  # [rad/s] the harmonics
 
 
 def overview(scenario, signals, path) -> Path:
-    """Attitude error, joint errors, torques, and the torque that the estimate mispredicts, as one PNG."""
-    pyplot = _pyplot()
-    figure, panels = pyplot.subplots(2, 2, figsize=(12.0, 8.0), layout="constrained", sharex=True)
+    """Attitude error, joint errors, torques, and the torque that the estimate mispredicts, as one picture."""
+    figure = style.new_figure(13.0, 8.0)
+    panels = figure.subplots(2, 2, sharex=True)
     t, attitude, joints = errors(scenario, signals)
     for k in range(3):
         panels[0, 0].plot(t, attitude[:, k], label=AXIS_NAMES[k])
     for i in range(joints.shape[1]):
         panels[0, 1].plot(t, joints[:, i], label=f"theta {i + 1}")
     law = signals["spacerobot/control"]
-    panels[1, 0].plot(seconds(law, scenario), law["torque"], lw=0.9)
+    for k, name in enumerate(torque_names(law["torque"].shape[1])):
+        panels[1, 0].plot(seconds(law, scenario), law["torque"][:, k], style.DASHES[0 if k < 3 else 1], lw=0.9, label=name,
+                          color=style.COLOURS[k % len(style.COLOURS)])
     panels[0, 0].set(title="Attitude error", ylabel="[deg]")
     panels[0, 1].set(title="Joint errors", ylabel="[deg]")
     panels[1, 0].set(title="Torques of base and joints", ylabel="[N m]", xlabel="time [s]")
     if "spacerobot/truth/prediction" in signals:
         found = signals["spacerobot/truth/prediction"]
-        panels[1, 1].semilogy(seconds(found, scenario), np.maximum(found["prediction_error"], 1e-12))
-        panels[1, 1].set(title="Torque mispredicted by the estimate", ylabel="[N m]", xlabel="time [s]")
+        panels[1, 1].semilogy(seconds(found, scenario), np.maximum(found["prediction_error"], 1e-12),
+                              label="|Y (pi_hat - pi)|")
+        panels[1, 1].set(title="Mispredicted torque", ylabel="[N m]", xlabel="time [s]")
     else:
         truth = signals["spacerobot/truth"]
-        panels[1, 1].plot(t, truth["kinetic_energy"])
+        panels[1, 1].plot(seconds(truth, scenario), truth["kinetic_energy"], label="kinetic energy")
         panels[1, 1].set(title="Kinetic energy", ylabel="[J]", xlabel="time [s]")
-    for panel in panels[0]:
-        panel.legend(frameon=False)
-    return _save(figure, f"{scenario.file.title} ({scenario.name})", path)
+    for panel in panels.ravel():
+        style.legend(panel)
+    return style.save(figure, path, title(scenario))
+
+
+def torque_names(count: int) -> list[str]:
+    """What the law's torques are called: three of the base, one a joint."""
+    return [*(f"base {name}" for name in AXIS_NAMES), *(f"joint {k + 1}" for k in range(count - 3))]
 
 
 def draw(folder, advance=None, kept=None) -> list[Path]:
@@ -69,8 +89,8 @@ def errors(scenario, signals) -> tuple:
 
 def figure_8(path, kept=None) -> Path:
     """Orientation task with true parameters."""
-    pyplot = _pyplot()
-    figure, panels = pyplot.subplots(1, 2, figsize=(11.0, 4.2), layout="constrained")
+    figure = style.new_figure(13.0, 4.2)
+    panels = figure.subplots(1, 2)
     t, attitude, joints = errors(*_run("spacerobot_step", kept))
     for k in range(3):
         panels[0].plot(t, attitude[:, k], label=AXIS_NAMES[k])
@@ -83,11 +103,11 @@ def figure_8(path, kept=None) -> Path:
 
 def figure_9(path, kept=None) -> Path:
     """The same with four priors: roll error; and the harmonics with six, eq. (46) read as variance, K_D / 10."""
-    pyplot = _pyplot()
-    figure, panels = pyplot.subplots(1, 2, figsize=(11.0, 4.2), layout="constrained")
-    for seed, style in zip(range(1, 5), ("-", "--", "-.", ":")):
+    figure = style.new_figure(13.0, 4.2)
+    panels = figure.subplots(1, 2)
+    for seed, dash in zip(range(1, 5), ("-", "--", "-.", ":")):
         t, attitude, _ = errors(*_run("spacerobot_step", kept, **PRIOR, **{"controller.prior_seed": seed}))
-        panels[0].plot(t, attitude[:, 0], style, lw=2.0, label=f"prior {seed}, eta 20 %")
+        panels[0].plot(t, attitude[:, 0], dash, lw=2.0, label=f"prior {seed}, eta 20 %")
     for seed, eta in DRAWS:
         t, attitude, _ = errors(*_run("spacerobot_harmonic", kept, **VARIANCE, **{
             "controller.prior_seed": seed, "controller.prior_eta": eta}))
@@ -99,8 +119,8 @@ def figure_9(path, kept=None) -> Path:
 
 def figure_10(path, kept=None) -> Path:
     """Lambda from 0.4 to 2, printed law and the reading that shows the paper's trend."""
-    pyplot = _pyplot()
-    figure, panels = pyplot.subplots(1, 2, figsize=(11.0, 4.2), layout="constrained")
+    figure = style.new_figure(13.0, 4.2)
+    panels = figure.subplots(1, 2)
     for panel, form in zip(panels, ("slotine_li", "desired_feedforward")):
         for gain in (0.4, 0.8, 1.2, 1.6, 2.0):
             t, attitude, _ = errors(*_run("spacerobot_step", kept, **{
@@ -114,41 +134,41 @@ def figure_10(path, kept=None) -> Path:
 def figure_11_12(path, kept=None) -> Path:
     """Harmonic tracking from rest: attitude error; the base's Ixx, Iyy, Izz over the true ones, from rest with ten rows and
     from the harmonics' velocity with seven."""
-    pyplot = _pyplot()
-    figure, panels = pyplot.subplots(1, 3, figsize=(15.0, 4.2), layout="constrained")
-    for name, label, style in (("", "no update", ":"), ("_rls", "least squares", "-"), ("_lyapunov", "Lyapunov", "--")):
+    figure = style.new_figure(18.0, 4.2)
+    panels = figure.subplots(1, 3)
+    for name, label, dash in (("", "no update", ":"), ("_rls", "least squares", "-"), ("_lyapunov", "Lyapunov", "--")):
         scenario, signals = _run(f"spacerobot_harmonic{name}", kept)
         t, attitude, _ = errors(scenario, signals)
-        panels[0].semilogy(t, np.linalg.norm(attitude, axis=1), style, label=label)
+        panels[0].semilogy(t, np.linalg.norm(attitude, axis=1), dash, label=label)
         if name:
-            _inertia(panels[1], t, signals, label, style)
+            _inertia(panels[1], t, signals, label, dash)
     seven = {"estimator.rows": "seven", "estimator.covariance": "uniform"}
-    for name, label, style, more in (("rls", "least squares", "-", seven), ("lyapunov", "Lyapunov", "--", {})):
+    for name, label, dash, more in (("rls", "least squares", "-", seven), ("lyapunov", "Lyapunov", "--", {})):
         scenario, signals = _run(f"spacerobot_harmonic_{name}", kept, **MOVING, **more)
-        _inertia(panels[2], errors(scenario, signals)[0], signals, label, style)
+        _inertia(panels[2], errors(scenario, signals)[0], signals, label, dash)
     panels[0].set(ylabel="attitude error [deg]", ylim=(1e-4, 5.0))
     panels[1].set(ylabel="base inertia, estimated over true", ylim=(0.93, 1.05), title="from rest, ten rows")
     panels[2].set(ylim=(0.93, 1.05), title="from the harmonics' velocity, seven rows, G0 uniform")
-    return _finish(figure, panels, "Figs. 11, 12: harmonics with both methods, eta 20 %", path, columns=2)
+    return _finish(figure, panels, "Figs. 11, 12: harmonics with both methods, eta 20 %", path)
 
 
-def _inertia(panel, t, signals, label, style):
+def _inertia(panel, t, signals, label, dash):
     """The base's principal elements, estimated over true."""
     estimate, true = signals["spacerobot/parameters"]["pi"], signals["spacerobot/truth/parameters"]["pi"]
     for k, (column, element) in enumerate(((0, "Ixx"), (3, "Iyy"), (5, "Izz"))):
-        panel.plot(t, estimate[:, column] / true[:, column], style, color=f"C{k}", label=f"{element}, {label}")
+        panel.plot(t, estimate[:, column] / true[:, column], dash, color=f"C{k}", label=f"{element}, {label}")
 
 
 def figure_13(path, kept=None) -> Path:
     """Rms of the attitude error against eta, without update and with both methods: one draw scaled, and six draws."""
-    pyplot = _pyplot()
-    figure, panels = pyplot.subplots(1, 2, figsize=(11.0, 4.2), layout="constrained", sharey=True)
+    figure = style.new_figure(13.0, 4.2)
+    panels = figure.subplots(1, 2, sharey=True)
     methods = (("spacerobot_harmonic", "no update", {}), ("spacerobot_harmonic_rls", "least squares, ten rows", {}),
                ("spacerobot_harmonic_rls", "least squares, seven rows", {"estimator.rows": "seven"}),
                ("spacerobot_harmonic_lyapunov", "Lyapunov, Gamma 0.3 E", {}),
                ("spacerobot_harmonic_lyapunov", "Lyapunov, Gamma 5 prior^2", {"estimator.adaptation": "prior_squared"}))
     draws = [[(7, eta) for eta in (0.1, 0.2, 0.3, 0.4)], DRAWS]
-    for panel, priors, title in zip(panels, draws, ("one draw of the prior, scaled", "six independent draws")):
+    for panel, priors, heading in zip(panels, draws, ("one draw of the prior, scaled", "six independent draws")):
         for name, label, more in methods:
             values = []
             for seed, eta in priors:
@@ -156,7 +176,7 @@ def figure_13(path, kept=None) -> Path:
                 t, attitude, _ = errors(*_run(name, kept, **own))
                 values.append(np.sqrt(np.mean(np.sum(attitude[t >= 20.0] ** 2, axis=1))))
             panel.plot([100.0 * eta for _, eta in priors], values, "o-", label=label)
-        panel.set(xlabel="eta [%]", title=title, ylim=(0.0, None))
+        panel.set(xlabel="eta [%]", title=heading, ylim=(0.0, None))
     panels[0].set_ylabel("attitude rms, t >= 20 s [deg]")
     return _finish(figure, panels, "Fig. 13: error against the prior's, K_D / 4", path)
 
@@ -168,27 +188,9 @@ def _run(name, kept, **overrides):
     return scenario, (kept or simulate)(scenario)
 
 
-def _pyplot():
-    import matplotlib
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-    return pyplot
-
-
-def _finish(figure, panels, title, path, columns=1):
+def _finish(figure, panels, heading, path):
     for panel in panels:
-        panel.legend(frameon=False, fontsize=8, ncols=columns)
+        style.legend(panel)
         if not panel.get_xlabel():
             panel.set_xlabel("time [s]")
-    return _save(figure, title, path)
-
-
-def _save(figure, title, path):
-    for panel in figure.axes:
-        panel.grid(alpha=0.25)
-    figure.suptitle(title)
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=110)
-    _pyplot().close(figure)
-    return path
+    return style.save(figure, path, heading)

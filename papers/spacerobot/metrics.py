@@ -7,7 +7,7 @@ velocities first), the whole run otherwise. Errors are those of the true state a
 
 import numpy as np
 
-from flight_graph.graphs.glossary import Trace, number, recorded
+from flight_graph.graphs.glossary import Alarm, Trace, number, recorded
 from spacerobot_ros.inertial_parameters import smallest_pseudo_inertia_eigenvalues
 
 SETTLED = 0.2  # [deg]
@@ -38,7 +38,8 @@ METRICS = (
     number("limited", "1", "part of the samples with an actuator at its limit"),
     *(number(f"i{axis}{axis}_base", "1", f"the base's I{axis}{axis}, estimated over true, at the end") for axis in "xyz"),
     number("ixx_base_hat", "kg m^2", "the base's Ixx, estimated, at the end"),
-    number("impossible_bodies", "1", "bodies of the estimate that cannot exist, at the end"),
+    number("impossible_bodies", "1", "bodies of the estimate that cannot exist, at the end", alarm=Alarm(
+        "at the end {value} bodies of the estimate could not exist", 0.0)),
     number("skipped", "1", "measurements that were not finite"),
     number("repaired", "1", "times the covariance had lost symmetry or positivity"),
     number("frozen", "1", "samples left out because an actuator was at its limit"),

@@ -8,7 +8,8 @@ corner (body frame) and F the ground's force on that corner, Newton and Euler gi
 
 so the corner accelerates with a_0 + W F: a_0 if nothing held it, W F = F / m - r x (r x F) / j. *Flying*: F = 0.
 *Sliding* along the unit vector s with friction coefficient mu: F = N (n - mu s), and N keeps the corner in the plane:
-N = -n.a_0 / n.W(n - mu s). The disturbance M_d is a pure torque. (Standing needs none of this: its state is about the
+N = -n.a_0 / n.W(n - mu s). The disturbance M_d is a pure torque. An inertia of the user's own is a full
+matrix in the place of I, and j then one too. (Standing needs none of this: its state is about the
 corner, `sim_nodes.cubli.dynamics`; the force that holds it is m (a - g).)
 
 A motion is (q, omega, Omega, position, velocity): attitude (body to balance frame), body rates and wheel speeds [rad/s],
@@ -22,7 +23,21 @@ body to site frame.
 import math
 
 from cubli_ros.jump_condition import centre_acceleration
-from flight_math import Vec3, cross, kernel, maximum, normalised, quaternion_rates, rk4_between, rotate, rotate_back, same
+from flight_math import (
+    Vec3,
+    cross,
+    diagonal,
+    inverse,
+    kernel,
+    maximum,
+    normalised,
+    quaternion_rates,
+    rk4_between,
+    rotate,
+    rotate_back,
+    same,
+)
+from sim_nodes.cubli import dynamics
 from sim_nodes.cubli.dynamics import centre_inertia, pushes
 from sim_nodes.cubli.plant import SITE_FROM_BALANCE
 
@@ -43,11 +58,22 @@ def turning_inertia(p):
 
 
 @kernel
+def turned_by(p, moment):
+    """omega' [rad/s^2] of the body by a moment [N m] about its centre, body frame."""
+    if dynamics.has_own_inertia(p):
+        return inverse(p.body_inertia - diagonal(same(p.wheel_inertia))) @ moment
+    return moment / turning_inertia(p)
+
+
+@kernel
 def free_acceleration(p, torque, push, motion):
     """omega' [rad/s^2] and the centre's acceleration [m/s^2] without a ground; torque u and push M_d [N m]."""
     _, omega, wheel_speed, position, velocity = motion
-    moment = torque + push - cross(omega, p.wheel_inertia * wheel_speed)
-    return moment / turning_inertia(p), local_gravity(p, position, velocity)
+    momentum = p.wheel_inertia * wheel_speed
+    if dynamics.has_own_inertia(p):
+        momentum += p.body_inertia @ omega
+    moment = torque + push - cross(omega, momentum)
+    return turned_by(p, moment), local_gravity(p, position, velocity)
 
 
 @kernel
@@ -59,6 +85,9 @@ def corner_acceleration(p, turned, omega, omega_dot, acceleration):
 @kernel
 def push_corner(p, turned, force):
     """W F [m/s^2]: acceleration of the corner by a force [N] on it, both in the site frame."""
+    if dynamics.has_own_inertia(p):
+        arm = same(-0.5 * p.length)
+        return force / p.mass - rotate(turned, cross(arm, turned_by(p, cross(arm, rotate_back(turned, force)))))
     r = rotate(turned, same(-0.5 * p.length))
     return force / p.mass - cross(r, cross(r, force)) / turning_inertia(p)
 
@@ -83,7 +112,7 @@ def moving_rates(held, push, motion):
         turned = SITE_FROM_BALANCE * q
         corner = corner_acceleration(p, turned, omega, omega_dot, acceleration)
         force = maximum(0.0, sliding_force(p, turned, corner, normal, x.slide)) * (normal - p.friction * x.slide)
-        omega_dot += cross(same(-0.5 * p.length), rotate_back(turned, force)) / turning_inertia(p)
+        omega_dot += turned_by(p, cross(same(-0.5 * p.length), rotate_back(turned, force)))
         acceleration += force / p.mass
     return quaternion_rates(q, omega), omega_dot, -x.torque / p.wheel_inertia - omega_dot, velocity, acceleration
 

@@ -29,7 +29,7 @@ def motion_of(x):
 @kernel
 def push(p, x):
     """Disturbing torque M_d now [N m], body frame."""
-    return dynamics.centre_inertia(p) * x.disturbance
+    return dynamics.centre_momentum(p, x.disturbance)
 
 
 @kernel

@@ -11,6 +11,10 @@ corner with the wheels locked, wheels of axial inertia J_w:
 
     (Theta - J_w 1) omega' = M_g + u + M_d - omega x (Theta omega + J_w Omega),   Omega' = -u / J_w - omega'.
 
+*An inertia of the user's own* (p.body_inertia, a full matrix, wheels included): J. In the paper's model J stands for I0,
+and the gyroscopic moment that a scalar has not comes in: J omega' = M_g + u - omega x (J omega) + J d. In the physical
+model it is the inertia about the centre, so Theta = J + m l^2 (3/4 1 - 1/4 [1 1 1]^T [1 1 1]).
+
 In both the torque u is held over the step and the integrator is the classical Runge-Kutta of fourth order. p: parameters
 of `sim_nodes.cubli.plant` and `sim_nodes.cubli.physical_plant`.
 """
@@ -18,6 +22,9 @@ of `sim_nodes.cubli.plant` and `sim_nodes.cubli.physical_plant`.
 from cubli_ros.attitude import cardan_rates, gravity_torque, to_body
 from flight_math import (
     cross,
+    diagonal,
+    from_rows,
+    inverse,
     kernel,
     normalised,
     quaternion_rates,
@@ -44,11 +51,34 @@ def centre_inertia(p):
     return p.mass * p.length * p.length / 6.0
 
 
+@kernel
+def has_own_inertia(p):
+    """Whether the body has an inertia of the user's own; else it is a solid cube."""
+    return p.body_inertia[0, 0] > 0.0
+
+
+@kernel
+def centre_momentum(p, omega):
+    """I omega [N m s] about the centre, wheels locked; of an acceleration the moment [N m]."""
+    if has_own_inertia(p):
+        return p.body_inertia @ omega
+    return centre_inertia(p) * omega
+
+
 # -- the paper's model -------------------------------------------------------------------------------------------------
 @kernel
 def paper_acceleration(p, gravity, torque, disturbing):
     """Eq. (5), omega' [rad/s^2]; gravity [m/s^2] in the body frame, torque u [N m], disturbing d [rad/s^2]."""
     return (gravity_torque(p, gravity) + torque) / centre_inertia(p) + disturbing
+
+
+@kernel
+def body_acceleration(p, gravity, omega, torque, disturbing):
+    """As `paper_acceleration`; of a body with an inertia of its own with its gyroscopic moment. omega [rad/s]."""
+    if has_own_inertia(p):
+        moment = gravity_torque(p, gravity) + torque - cross(omega, p.body_inertia @ omega)
+        return inverse(p.body_inertia) @ moment + disturbing
+    return paper_acceleration(p, gravity, torque, disturbing)
 
 
 @kernel
@@ -60,7 +90,7 @@ def paper_rates(held, disturbing, motion):
     p, gravity, torque = held
     angles, omega = motion
     turn = sincos(angles)
-    return cardan_rates(turn, omega), paper_acceleration(p, to_body(turn, gravity), torque, disturbing)
+    return cardan_rates(turn, omega), body_acceleration(p, to_body(turn, gravity), omega, torque, disturbing)
 
 
 @kernel
@@ -74,6 +104,8 @@ def paper_step(held, begin, t, h, motion):
 @kernel
 def corner_momentum(p, omega):
     """Theta omega [N m s]."""
+    if has_own_inertia(p):
+        return p.body_inertia @ omega + p.mass * p.length * p.length * (0.75 * omega - 0.25 * total(omega))
     return p.mass * p.length * p.length * (11.0 / 12.0 * omega - 0.25 * total(omega))
 
 
@@ -83,6 +115,10 @@ def standing_acceleration(p, moment):
 
     The inertia is 11/12 m l^2 - J_w across the body diagonal, m l^2 / 6 - J_w along it.
     """
+    if has_own_inertia(p):
+        square = p.mass * p.length * p.length
+        ones = from_rows(same(square), same(square), same(square))
+        return inverse(p.body_inertia + diagonal(same(0.75 * square - p.wheel_inertia)) - 0.25 * ones) @ moment
     across = 11.0 / 12.0 * p.mass * p.length * p.length - p.wheel_inertia
     along = centre_inertia(p) - p.wheel_inertia
     return (moment + 0.25 * p.mass * p.length * p.length / along * total(moment)) / across
@@ -104,9 +140,9 @@ def standing_rates(held, push, motion):
 
 @kernel
 def pushes(p, t, h):
-    """Disturbing torques M_d = I0 d [N m] at the begin, the middle and the end of a step of h [s] after t [s]."""
-    inertia = centre_inertia(p)
-    return inertia * disturbance(p, t), inertia * disturbance(p, t + 0.5 * h), inertia * disturbance(p, t + h)
+    """Disturbing torques M_d = I d [N m] at the begin, the middle and the end of a step of h [s] after t [s]."""
+    middle, end = disturbance(p, t + 0.5 * h), disturbance(p, t + h)
+    return centre_momentum(p, disturbance(p, t)), centre_momentum(p, middle), centre_momentum(p, end)
 
 
 @kernel

@@ -20,9 +20,11 @@ Events, looked for at every Runge-Kutta step:
 
 import math
 
+import numpy as np
+
 from cubli_ros.attitude import cardan_from_quaternion, quaternion_from_cardan
 from flight_graph.components.component import Component
-from flight_graph.components.records import Choice, field
+from flight_graph.components.records import Choice, Mat3, field
 from flight_graph.errors import FlightError
 from flight_graph.timebase import SECOND
 from flight_math import Quaternion, Vec3, kernel, plain, rotate, rotate_back, same, sincos
@@ -40,8 +42,16 @@ from sim_nodes.cubli.contact_events import (
     standing_force,
     touch,
 )
-from sim_nodes.cubli.plant import FRAMES, SITE_FROM_BALANCE, RoverParameters, WheelDrive
+from sim_nodes.cubli.plant import (
+    FRAMES,
+    SITE_FROM_BALANCE,
+    RoverParameters,
+    WheelDrive,
+    require_inertia,
+    write_frames,
+)
 from sim_nodes.cubli.reaction_wheels import wheel_torque
+from sim_nodes.cubli.scene import scene
 from sim_nodes.gravity.parameters import SiteParameters, resolve_site
 from sim_nodes.sensors.inertial import UNKNOWN
 
@@ -49,13 +59,15 @@ from sim_nodes.sensors.inertial import UNKNOWN
 class PhysicalPlantParameters(RoverParameters, SiteParameters):
     mass: float = field(2.0, unit="kg", gt=0, source="section 5", doc="mass, wheels included")
     length: float = field(0.2, unit="m", gt=0, source="section 5", doc="edge of the cube")
+    body_inertia: Mat3 = field(0.0, unit="kg m^2", doc=(
+        "about the centre, wheels included, as a full matrix; 0: that of a solid cube, m l^2 / 6"))
     friction: float = field(0.6, unit="1", gt=0, doc="friction coefficient of the ground")
     on_lift_off: Choice("fly", "hold") = field(
         "fly", doc="where the ground would have to pull: fly, or stay as if glued")
     on_slip: Choice("hold", "slide") = field("hold", doc="when friction does not suffice: stay all the same, or slide")
     initial_wheel_speed: Vec3 = field(0.0, unit="rad/s", doc="wheel speeds at the start")
     disturbance_amplitude: Vec3 = field(0.02, unit="rad/s^2", ge=0, source="eq. (42)",
-                                        doc="of each axis; acts as a torque of m l^2 / 6 times this")
+                                        doc="of each axis; acts as a torque of the inertia about the centre times this")
 
 
 class PhysicalPlantState(WheelDrive):
@@ -109,7 +121,7 @@ def update(t_ns, p, x, command, power):
     """One period under the wheels' torque: clipped to what they can deliver, held."""
     if x.mode == ENDED:
         return
-    normal, t = ground_normal(p), t_ns / SECOND
+    normal, t, speed = ground_normal(p), t_ns / SECOND, x.wheel_speed
     x.normal_force, x.friction_ratio = LOST, 0.0
     x.torque = wheel_torque(p, x, command, power.on if power.header.stamp.sec != 0 else same(1.0))
     substeps = math.ceil(p.period / p.largest_step - 1e-9)
@@ -120,6 +132,7 @@ def update(t_ns, p, x, command, power):
         if x.mode != ENDED and step < substeps:
             advance(t + step * h, h, p, x, normal)
             touch(t + (step + 1) * h, p, x, normal)
+    x.wheel_angle = x.wheel_angle + 0.5 * p.period * (speed + x.wheel_speed)
 
 
 @kernel
@@ -133,6 +146,7 @@ def output(t_ns, p, x, outputs):
     attitude.linear_acceleration_covariance = UNKNOWN
     wheels.velocity, wheels.effort = x.wheel_speed, x.torque
     pose.orientation, pose.position = turned, x.centre
+    write_frames(x, x.centre, turned, outputs.frames)
     report(p, x, turned, outputs.contact)
 
 
@@ -157,18 +171,23 @@ class CubliPhysicalPlant(Component):
     inputs = {"command": cubli.COMMAND, "power": cubli.WHEEL_POWER}
     optional_inputs = ("power",)
     outputs = {"truth": cubli.TRUTH, "contact": cubli.TRUTH_CONTACT, "attitude": cubli.TRUTH_ATTITUDE,
-               "wheels": cubli.WHEEL_STATE, "pose": cubli.TRUTH_POSE}
-    output_rate_hz = {"pose": 10.0}
+               "wheels": cubli.WHEEL_STATE, "pose": cubli.TRUTH_POSE, "frames": cubli.TRUTH_FRAMES}
+    output_rate_hz = {"pose": 10.0, "frames": 10.0}
     rate_hz = 100.0
     start, output, update = start, output, update
     formatted = FRAMES
     resolve = staticmethod(resolve_site)
 
     @classmethod
+    def scene(cls, values):
+        return scene(values, SITE_FROM_BALANCE)
+
+    @classmethod
     def check(cls, values, where):
         """The wheels must turn more easily than the whole, and only the corner may touch the ground at the start."""
+        require_inertia(values["body_inertia"], f"{where}.body_inertia", values["wheel_inertia"])
         largest = values["mass"] * values["length"] ** 2 / 6.0
-        if values["wheel_inertia"] >= largest:
+        if values["wheel_inertia"] >= largest and not np.any(values["body_inertia"]):
             raise FlightError(f"{where}.wheel_inertia: {values['wheel_inertia']} kg m^2 is not allowed; allowed: less "
                               f"than the cube's own m l^2 / 6 = {largest:.4g} kg m^2")
         heights = corner_heights(values)

@@ -5,18 +5,22 @@ Source: Aerospace 2022, 9(11), 728, equations (1)-(5), (42). The equations are i
 
 import math
 
+import numpy as np
+
 from cubli_ros.attitude import level_gravity, quaternion_from_cardan
 from flight_graph.components.component import Component, Formatted
-from flight_graph.components.records import Parameters, State, field
+from flight_graph.components.records import Mat3, Parameters, State, field
 from flight_graph.errors import FlightError
+from flight_graph.scenes.messages import joint_states, latched, moving, turned_joint
+from flight_graph.scenes.scene import Pose
 from flight_graph.timebase import SECOND
 from flight_math import Quaternion, Vec3, kernel, rotate, rotate_back, same
 from msg_schemas import cubli
 from msg_schemas.qos import Role
 from sim_nodes.cubli import dynamics
 from sim_nodes.cubli.reaction_wheels import spun, wheel_torque
+from sim_nodes.cubli.scene import scene
 from sim_nodes.sensors.inertial import UNKNOWN
-from sim_nodes.transforms import NOWHERE, TYPE, UNTURNED, transforms
 
 # Quaternion x, y, z, w that turns balance-frame coordinates into the site frame: [1, 1, 1] / sqrt(3) goes up.
 _HALF = 0.5 * math.acos(1.0 / math.sqrt(3.0))  # [rad]
@@ -46,12 +50,15 @@ class CubliPlantParameters(RoverParameters):
     mass: float = field(2.0, unit="kg", gt=0, source="section 5", doc="mass")
     length: float = field(0.2, unit="m", gt=0, source="section 5", doc="edge of the cube")
     gravity: float = field(0.002, unit="m/s^2", ge=0, source="section 5.2", doc="surface gravity, level ground")
+    body_inertia: Mat3 = field(0.0, unit="kg m^2", doc="that moments turn, as a full matrix; 0: m l^2 / 6, as in the paper")
     gravity_sign: int = field(1, ge=-1, le=1, source="eq. (4)", doc="+1: inverted pendulum; -1: as printed (hanging)")
 
 
 class WheelDrive(State):
-    """Stamp of the last command that a drive heard, and for how long [s] it has not heard another."""
+    """Stamp of the last command that a drive heard, and for how long [s] it has not heard another; angles of the wheels
+    since the start."""
 
+    wheel_angle: Vec3
     command_sec: int
     command_nanosec: int
     command_silence: float
@@ -72,17 +79,26 @@ def start(p, x):
 
 
 @kernel
-def output(t_ns, p, x, truth, attitude, wheels, pose):
+def write_frames(x, position, orientation, frames):
+    """Where the cube is, and how far its wheels have turned."""
+    frames.position, frames.attitude = position, orientation
+    frames.wheel_angle, frames.wheel_speed = x.wheel_angle, x.wheel_speed
+
+
+@kernel
+def output(t_ns, p, x, outputs):
+    truth, attitude, wheels, pose = outputs.truth, outputs.attitude, outputs.wheels, outputs.pose
     orientation = quaternion_from_cardan(x.angles)
     gravity = rotate_back(orientation, level_gravity(p))
     truth.angles, truth.rates, truth.gravity = x.angles, x.rates, gravity
-    truth.accelerations = dynamics.paper_acceleration(p, gravity, x.torque, x.disturbance)
+    truth.accelerations = dynamics.body_acceleration(p, gravity, x.rates, x.torque, x.disturbance)
     truth.wheel_speed, truth.torque, truth.disturbance = x.wheel_speed, x.torque, x.disturbance
     attitude.orientation, attitude.angular_velocity = orientation, x.rates
     attitude.linear_acceleration_covariance = UNKNOWN
     wheels.velocity, wheels.effort = x.wheel_speed, x.torque
     pose.pose.orientation = SITE_FROM_BALANCE * orientation
     pose.pose.position = rotate(pose.pose.orientation, same(0.5 * p.length))  # the centre
+    write_frames(x, pose.pose.position, pose.pose.orientation, outputs.frames)
 
 
 @kernel
@@ -94,22 +110,25 @@ def update(t_ns, p, x, command):
     for step in range(substeps):
         motion, x.disturbance = dynamics.paper_step(held, x.disturbance, t + step * h, h, motion)
     x.angles, x.rates = motion
-    x.wheel_speed = spun(p, x.wheel_speed, x.torque, x.rates - before)
+    speed = x.wheel_speed
+    x.wheel_speed = spun(p, speed, x.torque, x.rates - before)
+    x.wheel_angle = x.wheel_angle + 0.5 * p.period * (speed + x.wheel_speed)
 
 
-def moving_frame(record):
-    """site -> cubli_base."""
-    return transforms(record.header.stamp, (cubli.SITE, cubli.BASE, record.pose.position, record.pose.orientation))
+def poses(record, scene):
+    """Where the cube is, and its wheels."""
+    yield cubli.BASE, Pose(tuple(record.position), tuple(record.attitude))
+    for name, angle in zip(cubli.WHEEL_LINKS, record.wheel_angle):
+        yield name, turned_joint(scene.tree[name], angle)
 
 
-def fixed_frames(record):
-    """site -> cubli_balance, cubli_base -> imu_link."""
-    return transforms(record.header.stamp, (cubli.SITE, cubli.BALANCE, NOWHERE, SITE_FROM_BALANCE.parts()),
-                      (cubli.BASE, cubli.IMU_LINK, NOWHERE, UNTURNED))
+def wheel_joints(record):
+    """The wheels' angles and speeds."""
+    return joint_states(record, cubli.WHEELS, record.wheel_angle, record.wheel_speed)
 
 
-FRAMES = (Formatted("tf", TYPE, "pose", moving_frame),
-          Formatted("tf_static", TYPE, "pose", fixed_frames, Role.LATCHED, once=True))
+FRAMES = (*moving("frames", poses), *latched("frames"),
+          Formatted("joint_states", "sensor_msgs/msg/JointState", "frames", wheel_joints, Role.TELEMETRY))
 
 
 class CubliPlant(Component):
@@ -118,13 +137,38 @@ class CubliPlant(Component):
     parameters, state = CubliPlantParameters, CubliPlantState
     inputs = {"command": cubli.COMMAND}
     outputs = {"truth": cubli.TRUTH, "attitude": cubli.TRUTH_ATTITUDE, "wheels": cubli.WHEEL_STATE,
-               "pose": cubli.TRUTH_POSE}
-    output_rate_hz = {"pose": 10.0}
+               "pose": cubli.TRUTH_POSE, "frames": cubli.TRUTH_FRAMES}
+    output_rate_hz = {"pose": 10.0, "frames": 10.0}
     rate_hz = 100.0
     start, output, update = start, output, update
     formatted = FRAMES
 
     @classmethod
+    def scene(cls, values):
+        return scene(values, SITE_FROM_BALANCE)
+
+    @classmethod
     def check(cls, values, where):
         if values["gravity_sign"] == 0:
             raise FlightError(f"{where}.gravity_sign: 0 is not allowed; allowed: 1 or -1")
+        require_inertia(values["body_inertia"], f"{where}.body_inertia")
+
+
+def require_inertia(given: list, where: str, wheels: float = 0.0) -> None:
+    """Refuse an inertia (3, 3) [kg m^2] that no body has, or of which nothing is left without its wheels.
+
+    All zero: none is given. Raises FlightError.
+    """
+    inertia = np.array(given, float)
+    if not inertia.any():
+        return
+    if not np.allclose(inertia, inertia.T, rtol=1e-9, atol=0.0):
+        raise FlightError(f"{where}: {inertia.tolist()} is not symmetric")
+    principal = np.linalg.eigvalsh(inertia)
+    moments = ", ".join(f"{one:.4g}" for one in principal)
+    if not principal[0] > wheels:
+        least = f"the {wheels:g} kg m^2 of a wheel" if wheels else "0"
+        raise FlightError(f"{where}: its principal moments are {moments} kg m^2; allowed: greater than {least}")
+    if principal[2] > (principal[0] + principal[1]) * (1.0 + 1e-9):
+        raise FlightError(f"{where}: no body has the principal moments {moments} kg m^2: the largest is at most the sum of "
+                          "the two others")

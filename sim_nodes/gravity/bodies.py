@@ -75,6 +75,15 @@ class MeshBody:
     def surface(self, latitude, longitude):
         """The outermost point that the ray from the origin meets, and its face's normal."""
         d = direction(latitude, longitude)
+        distance, normal = self._met(d, f"at latitude {latitude:g}, longitude {longitude:g} rad")
+        return distance * d, np.array(normalised(Vec3(*normal)))
+
+    def radius(self, d) -> float:
+        """Distance [m] of the outermost point that the ray from the origin along a unit vector (3,) meets."""
+        return float(self._met(d, f"along {tuple(round(float(part), 6) for part in d)}")[0])
+
+    def _met(self, d, where):
+        """Distance [m] and normal (3,), of any length, of the outermost face on a ray. Raises FlightError."""
         a, b, c = (self.polyhedron.vertices[self.polyhedron.faces[:, i]] for i in range(3))
         with np.errstate(all="ignore"):
             normal = np.cross(b - a, c - a)
@@ -84,10 +93,10 @@ class MeshBody:
             hit = (((weights >= -1e-9 * size).all(axis=0) | (weights <= 1e-9 * size).all(axis=0))
                    & (distance > 0.0) & np.isfinite(distance))
         if not hit.any():
-            raise FlightError(f"{self.name}: there is no surface at latitude {latitude:g}, longitude {longitude:g} "
-                              "rad: the ray from the origin meets no face; the origin must lie inside the body")
+            raise FlightError(f"{self.name}: there is no surface {where}: the ray from the origin meets no face; "
+                              "the origin must lie inside the body")
         face = np.flatnonzero(hit)[np.argmax(distance[hit])]
-        return distance[face] * d, np.array(normalised(Vec3(*normal[face])))
+        return distance[face], normal[face]
 
     field = SuperellipsoidBody.field
 

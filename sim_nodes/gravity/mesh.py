@@ -13,11 +13,14 @@ from pathlib import Path
 
 import numpy as np
 
+from flight_graph.engines import memory
 from flight_graph.errors import FlightError
-from flight_graph.text_files import read_bytes, short
+from flight_graph.text_files import read_bytes, short, size_text
 
-LARGEST = 32 << 20  # [bytes] of a file
-MOST_VERTICES, MOST_FACES, MOST_LINES, MOST_CORNERS = 100_000, 200_000, 1_000_000, 1000
+MOST_CORNERS = 1000  # of a polygon
+SHARE = 4  # reading a mesh takes at most this part of the free memory
+BYTES_A_TRIANGLE = 1000  # that reading and checking take at their height; 0.6 kB were measured, on half as many vertices
+LINES_A_TRIANGLE = 5  # vertices, texture, normals and comments among them
 LONGEST_LINE = 1 << 16  # [bytes]
 FARTHEST = 1e9  # [m] of a vertex from the origin: products of three stay far from the largest number
 SMALLEST_AREA = 1e-12  # [-] of the mesh's largest extent squared
@@ -26,18 +29,21 @@ SMALLEST_AREA = 1e-12  # [-] of the mesh's largest extent squared
 def load_obj(path: Path, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (n, 3) [m] and faces (m, 3) of a Wavefront .obj file; polygons become fans. Raises FlightError.
 
-    scale: metres a unit of the file (1000 for kilometres). Only ``v`` and ``f`` lines are read.
+    scale: metres a unit of the file (1000 for kilometres). Only ``v`` and ``f`` lines are read. There is no limit but
+    memory: a part of what is free (`SHARE`) has to hold the mesh.
     """
     if not os.path.exists(path):
         raise FlightError(f"there is no mesh file '{short(str(path))}'")
-    content = read_bytes(Path(path), f"mesh {path}", LARGEST)
+    free = memory.free_bytes()
+    most = free // SHARE // BYTES_A_TRIANGLE
+    content = read_bytes(Path(path), f"mesh {path}", free // SHARE // SHARE)
     coordinates, indices = array("d"), array("q")
     content = content if b"\n" in content else content.replace(b"\r", b"\n")
-    lines, too_many = BytesIO(content), content.count(b"\n") > MOST_LINES
+    lines, too_many = BytesIO(content), content.count(b"\n") > LINES_A_TRIANGLE * most
     for number, line in enumerate(iter(lambda: lines.readline(LONGEST_LINE), b""), 1):
-        if too_many or number > MOST_LINES or len(coordinates) > 3 * MOST_VERTICES or len(indices) > 3 * MOST_FACES:
-            raise FlightError(f"{path}: allowed: at most {MOST_VERTICES} vertices, {MOST_FACES} triangles and {MOST_LINES} "
-                              "lines; decimate the mesh")
+        if too_many or max(len(coordinates), len(indices)) > 3 * most:
+            raise FlightError(f"{path}: {size_text(free)} of memory are free, a quarter of which holds a mesh of {most} "
+                              f"triangles on as many vertices in {LINES_A_TRIANGLE * most} lines; decimate the mesh")
         try:
             if len(line) == LONGEST_LINE:
                 raise ValueError

@@ -7,9 +7,11 @@ the state is held to the end of the run, and the truth says so.
 import math
 from types import SimpleNamespace
 
-from flight_graph.components.component import Component, Formatted
+from flight_graph.components.component import Component
 from flight_graph.components.records import field
 from flight_graph.errors import FlightError
+from flight_graph.scenes.messages import latched, moving
+from flight_graph.scenes.scene import Pose, Sphere
 from flight_graph.timebase import SECOND
 from flight_math import Mat3, Quaternion, Vec3, atan2, kernel, largest, norm, transpose, uncompiled, vector_part
 from lander_ros.feed_forward import site_in_landing_frame
@@ -17,15 +19,14 @@ from lander_ros.landing_checks import require_vehicle
 from lander_ros.navigation_filter import spin_quaternion
 from lander_ros.twistor import unit_quaternion
 from msg_schemas import lander
-from msg_schemas.qos import Role
 from sim_nodes.gravity.ellipsoid import EROS_LIKE_SPIN, checked_ellipsoid_site, ellipsoid_gravity
 from sim_nodes.lander import start as starts
 from sim_nodes.lander.descent import watched
 from sim_nodes.lander.dynamics import ELLIPSOID, Motion, attitude_matrix, motor, site_spin, touched_down
+from sim_nodes.lander.scene import scene
 from sim_nodes.lander.site import SiteState, prepare_site, site_orientation
 from sim_nodes.lander.thruster_failures import ThrusterFailures, Watchdog, watched_command
 from sim_nodes.lander.thrusters import apply_thrusters
-from sim_nodes.transforms import NOWHERE, TYPE, transforms
 
 REFERENCE = "reference scenario (ours)"
 
@@ -132,7 +133,7 @@ def tally_place(p, x):
     x.speed_max = max(x.speed_max, norm(x.velocity))
 
 
-def moving(prepare, dynamics):
+def motion_kernels(prepare, dynamics):
     """The kernels `start` and `update` of a plant: ``prepare(p, x)`` places the site, `Dynamics` move the state."""
     site_gravity, hold_step = dynamics.site_gravity, dynamics.hold_step
 
@@ -211,15 +212,10 @@ def summarise(p, x, summary):
     summary.propellant = p.mass - x.mass
 
 
-def moving_frames(record):
-    """landing_site -> base_link, and the inertial axes with their origin at the goal."""
-    return transforms(record.header.stamp, (lander.SITE, lander.BASE, record.position, record.attitude),
-                      (lander.SITE, lander.INERTIAL, NOWHERE, record.inertial))
-
-
-def fixed_frame(record):
-    """asteroid -> landing_site."""
-    return transforms(record.header.stamp, (lander.ASTEROID, lander.SITE, record.pose.position, record.pose.orientation))
+def poses(record, scene):
+    """Where the craft is, and the inertial axes with their origin at the goal."""
+    yield lander.BASE, Pose(tuple(record.position), tuple(record.attitude))
+    yield lander.INERTIAL, Pose(orientation=tuple(record.inertial))
 
 
 class LanderPlant(Component):
@@ -231,10 +227,9 @@ class LanderPlant(Component):
                "pose": lander.TRUTH_POSE, "goal": lander.GOAL, "frames": lander.TRUTH_FRAMES}
     output_rate_hz = {"summary": 1.0, "pose": 10.0, "goal": 1.0, "frames": 10.0}
     rate_hz = 10.0
-    start, update = moving(prepare_site, ELLIPSOID)
+    start, update = motion_kernels(prepare_site, ELLIPSOID)
     output = output
-    formatted = (Formatted("tf", TYPE, "frames", moving_frames),
-                 Formatted("tf_static", TYPE, "goal", fixed_frame, Role.LATCHED, once=True))
+    formatted = (*moving("frames", poses), *latched("frames"))
 
     @classmethod
     def resolve(cls, values, where, folder=None):
@@ -255,6 +250,21 @@ class LanderPlant(Component):
         except FlightError as error:
             raise FlightError(f"{where}.site_height: {error}") from None
         return position, rotation, uncompiled(ellipsoid_gravity)(p, position)
+
+    @classmethod
+    def surface(cls, values):
+        """The body as it looks, and the function that gives the distance [m] of its surface along a unit vector (3,)."""
+        a, b, c = values["semi_axes"]
+
+        def radius(d):
+            x, y, z = d[0] / a, d[1] / b, d[2] / c
+            return 1.0 / math.sqrt(x * x + y * y + z * z)
+        return Sphere((a, b, c)), radius
+
+    @classmethod
+    def scene(cls, values):
+        place, rotation, _ = cls.site(values, "scene")
+        return scene(values, place, rotation, *cls.surface(values))
 
     @classmethod
     def check(cls, values, where):

@@ -1,8 +1,9 @@
 """The lander near a homogeneous polyhedron, a superellipsoid's mesh or a user's own, and its gravity model on board.
 
 Plant and gravity model are those of `sim_nodes.lander.plant` and `sim_nodes.lander.site`; body, surface and field are
-those of `sim_nodes.gravity`. A mesh is no parameter: it stands in tables of the state, of a fixed capacity. A
-superellipsoid's surface is taken in closed form, its gravity from the inscribed mesh with the same mass.
+those of `sim_nodes.gravity`. A mesh is no parameter: it stands in tables of the state. They have room for 1280 faces; a
+scenario with a larger mesh runs with a class of more room (`with_room`), four times as much each, called by it:
+``plant_5120``. A superellipsoid's surface is taken in closed form, its gravity from the inscribed mesh with the same mass.
 Frames: A is the body's (z along the spin; latitude and longitude are planetocentric), D stands on the surface's normal.
 """
 
@@ -15,16 +16,20 @@ import numpy as np
 
 from flight_graph.components.records import Array, Choice, field
 from flight_graph.errors import FlightError
+from flight_graph.scenes.scene import Mesh
+from flight_graph.scenes.shapes import rounded, thinned
 from flight_math import Mat3, Vec3, kernel
 from sim_nodes.gravity import bodies
 from sim_nodes.gravity.ellipsoid import site_frame
 from sim_nodes.gravity.polyhedron import Polyhedron, evaluate, faces_gravity
 from sim_nodes.gravity.superellipsoid import Superellipsoid, exponent_for_volume
 from sim_nodes.lander.dynamics import dynamics
-from sim_nodes.lander.plant import LanderPlant, LanderPlantParameters, LanderPlantState, moving
+from sim_nodes.lander.plant import LanderPlant, LanderPlantParameters, LanderPlantState, motion_kernels
 from sim_nodes.lander.site import GravityModel, GravityModelParameters, SiteState, gravity_model
 
-FACES, VERTICES = 1280, 1280  # capacity of the tables; a closed surface in one piece has half as many vertices as faces
+SURFACE_FREQUENCY, SURFACE_FACES = 4, 320  # of the body as it looks
+ROOM = 1280  # faces, and vertices; a closed surface in one piece has half as many vertices as faces
+GROWTH = 4  # of the room, so that a machine code serves many meshes
 BENNU_EXPONENT = exponent_for_volume(*bodies.BENNU_SEMI_AXES, bodies.sphere_volume(bodies.BENNU_MEAN_RADIUS))
 RIGHT_ANGLE = 0.5 * math.pi  # [rad]
 
@@ -42,7 +47,7 @@ def polyhedral_parameters(base):
         mesh_frequency: int = field(
             7, ge=2, le=8,
             doc="of the superellipsoid's mesh: an icosahedron's edges cut into so many parts, 20 n^2 faces")
-        mesh: str = field("", doc=f"Wavefront .obj file of mesh, centred on its mass, of {FACES} faces at most")
+        mesh: str = field("", doc="Wavefront .obj file of mesh, centred on its mass")
         mesh_scale: float = field(1.0, unit="m", gt=0, doc="of one unit of that file; 1000 for kilometres")
         mu: float = field(
             bodies.BENNU_GM, unit="m^3/s^2", gt=0, source="Bennu", doc="gravitational parameter of the body")
@@ -54,12 +59,12 @@ def polyhedral_parameters(base):
     return PolyhedralParameters
 
 
-def polyhedral_state(base):
-    """The state of the plant or of the gravity model, and the tables of the mesh."""
+def polyhedral_state(base, room: int = ROOM):
+    """The state of the plant or of the gravity model, and the tables of the mesh. room: for so many faces and vertices."""
 
     class PolyhedralState(base):
-        vertices: Array(VERTICES, 3)
-        faces: Array(FACES, 3)
+        vertices: Array(room, 3)
+        faces: Array(room, 3)
         face_count: int
         strength: float
 
@@ -78,14 +83,17 @@ def body_of(values: dict, where: str):
     if not values["mesh"]:
         raise FlightError(f"{where}.mesh: gravity_model mesh needs a Wavefront .obj file")
     try:
-        body = bodies.from_obj(Path(values["mesh"]), values["mu"], values["mesh_scale"])
+        return bodies.from_obj(Path(values["mesh"]), values["mu"], values["mesh_scale"])
     except FlightError as error:
         raise FlightError(f"{where}.mesh: {error}") from None
-    used = len(np.unique(body.polyhedron.faces))
-    if len(body.polyhedron.faces) > FACES or used > VERTICES:
-        raise FlightError(f"{where}.mesh: {values['mesh']} has {len(body.polyhedron.faces)} faces on {used} vertices; "
-                          f"allowed: {FACES} faces on {VERTICES} vertices at most; decimate the mesh")
-    return body
+
+
+def room_for(values: dict, where: str) -> int:
+    """The room that the tables of these parameters need: `ROOM`, or more by powers of `GROWTH`. Raises FlightError."""
+    faces, room = body_of(values, where).polyhedron.faces, ROOM
+    while room < max(len(faces), len(np.unique(faces))):
+        room *= GROWTH
+    return room
 
 
 def site_of(values: dict, where: str) -> tuple[Vec3, Mat3]:
@@ -122,12 +130,15 @@ def located(values: dict, folder: Path | None) -> dict:
     return {**values, "mesh": str(path.resolve())}
 
 
-def body_tables(values: dict, where: str) -> dict:
-    """Mesh and site, for the entries of `polyhedral_state`."""
+def body_tables(values: dict, where: str, room: int) -> dict:
+    """Mesh and site, for the entries of `polyhedral_state`. Raises FlightError."""
     polyhedron = body_of(values, where).polyhedron
+    if (needed := room_for(values, where)) > room:
+        raise FlightError(f"{where}.mesh: {values['mesh']} has {len(polyhedron.faces)} faces, and this node has room for "
+                          f"{room}; start it as {__name__}:{where}_{needed} (a scenario does so by itself)")
     position, rotation = site_of(values, where)
     used, faces = np.unique(polyhedron.faces, return_inverse=True)
-    tables = {"vertices": np.zeros((VERTICES, 3)), "faces": np.zeros((FACES, 3)), "face_count": len(polyhedron.faces),
+    tables = {"vertices": np.zeros((room, 3)), "faces": np.zeros((room, 3)), "face_count": len(polyhedron.faces),
               "strength": polyhedron.strength, "site_position": np.array(position.parts()),
               "site_rotation": np.reshape(rotation.parts(), (3, 3))}
     tables["vertices"][:len(used)] = polyhedron.vertices[used]
@@ -152,8 +163,8 @@ POLYHEDRON = dynamics(gravity_of_faces)
 class PolyhedralPlant(LanderPlant):
     """The lander near a rotating polyhedron, a superellipsoid's or a user's mesh: body, thrusters, contact trigger."""
 
-    parameters, state = polyhedral_parameters(LanderPlantParameters), polyhedral_state(LanderPlantState)
-    start, update = moving(prepare_site, POLYHEDRON)
+    parameters, state, room = polyhedral_parameters(LanderPlantParameters), polyhedral_state(LanderPlantState), ROOM
+    start, update = motion_kernels(prepare_site, POLYHEDRON)
 
     @classmethod
     def resolve(cls, values, where, folder=None):
@@ -165,14 +176,25 @@ class PolyhedralPlant(LanderPlant):
         return position, rotation, Vec3(*evaluate(body_of(values, where).polyhedron, position)[0][0])
 
     @classmethod
+    def surface(cls, values):
+        body = body_of(values, "scene")
+        if values["gravity_model"] == "superellipsoid":
+            return rounded(Mesh(*body.shape.mesh(SURFACE_FREQUENCY))), lambda d: float(body.shape.radius(d))
+        return thinned(body.polyhedron.vertices, body.polyhedron.faces, SURFACE_FACES), body.radius
+
+    @classmethod
+    def fitted(cls, values):
+        return fitting("plant", cls, values)
+
+    @classmethod
     def tables(cls, values):
-        return body_tables(values, "plant")
+        return body_tables(values, "plant", cls.room)
 
 
 class PolyhedralGravityModel(GravityModel):
     """On-board gravity model near a polyhedron: the true field at the estimated position, times a factor."""
 
-    parameters, state = polyhedral_parameters(GravityModelParameters), polyhedral_state(SiteState)
+    parameters, state, room = polyhedral_parameters(GravityModelParameters), polyhedral_state(SiteState), ROOM
     start, kernel = None, gravity_model(POLYHEDRON.site_gravity)
 
     @classmethod
@@ -182,5 +204,41 @@ class PolyhedralGravityModel(GravityModel):
         return values
 
     @classmethod
+    def fitted(cls, values):
+        return fitting("gravity", cls, values)
+
+    @classmethod
     def tables(cls, values):
-        return body_tables(values, "gravity")
+        return body_tables(values, "gravity", cls.room)
+
+
+_KINDS = {"plant": (PolyhedralPlant, LanderPlantState, "sim_nodes/lander_polyhedral_plant"),
+          "gravity": (PolyhedralGravityModel, SiteState, "sim_nodes/lander_polyhedral_gravity_model")}
+
+
+def fitting(kind: str, component, values: dict) -> str | None:
+    """The name of the class with the room that these parameters need; None where ``component`` has it.
+
+    Raises FlightError.
+    """
+    room = room_for(values, kind)
+    if room == component.room:
+        return None
+    return _KINDS[kind][2] if room == ROOM else f"{__name__}:{kind}_{room}"
+
+
+@lru_cache
+def with_room(kind: str, room: int):
+    """The plant or the gravity model with room for so many faces."""
+    base, state, _ = _KINDS[kind]
+    return type(base.__name__, (base,), {"__module__": __name__, "__doc__": base.__doc__, "room": room,
+                                         "state": polyhedral_state(state, room)})
+
+
+def __getattr__(name: str):
+    """``plant_5120``, ``gravity_20480``: the classes of more room, by their names."""
+    kind, _, number = name.partition("_")
+    if kind in _KINDS and number.isdecimal() and len(number) < 12 and any(
+            int(number) == ROOM * GROWTH**power for power in range(1, 20)):
+        return with_room(kind, int(number))
+    raise AttributeError(name)

@@ -15,10 +15,13 @@ import math
 from flight_graph.components.component import Component, Formatted
 from flight_graph.components.records import Array, Choice, State, Vec3, field
 from flight_graph.errors import FlightError
+from flight_graph.scenes.messages import latched
+from flight_graph.scenes.transforms import TYPE
 from flight_graph.timebase import SECOND
 from flight_math import dot, identity3, kernel, mat3, outer, quaternion_from_matrix, rotate, stack_array, vec3
 from flight_math.dense import copy
 from msg_schemas import spacerobot
+from msg_schemas.qos import Role
 from sim_nodes.spacerobot.actuators import limit_torque, wheels_step
 from sim_nodes.spacerobot.dynamics import (
     ZERO,
@@ -32,7 +35,7 @@ from sim_nodes.spacerobot.dynamics import (
     write_state,
 )
 from sim_nodes.spacerobot.joint_hardware import friction_capacity, pass_on, rubbing_step
-from sim_nodes.transforms import TYPE, transforms
+from sim_nodes.spacerobot.scene import moving_frames, scene, true_joints
 from spacerobot_ros.ages import Stamp, age
 from spacerobot_ros.dynamics import Inertia, add_inertia, body_inertia, composite_parameters
 from spacerobot_ros.kinematics import posed
@@ -197,6 +200,7 @@ def write_frames(p, s, frames):
             offsets[3 * i + k] = p.offset[i][k]
     frames.position, frames.attitude = s.position, s.attitude
     frames.parents, frames.offsets, frames.rotations = parents, offsets, rotations
+    frames.joints = s.joints
 
 
 @kernel
@@ -265,16 +269,6 @@ def diverged(motion):
     return not within
 
 
-def moving_frames(names):
-    """The function of a record of truth/frames that makes the transforms of base and links. names: of the bodies."""
-    def made(record):
-        links = ((names[int(parent)], names[i + 1], record.offsets[3 * i:3 * i + 3], record.rotations[4 * i:4 * i + 4])
-                 for i, parent in enumerate(record.parents))
-        return transforms(record.header.stamp, (spacerobot.INERTIAL, spacerobot.BASE, record.position, record.attitude),
-                          *links)
-    return made
-
-
 def check_initial_joints(values, where):
     """Refuse joints that start past their stops."""
     for i, (angle, low, high) in enumerate(zip(values["initial_joints"], values["lower"], values["upper"])):
@@ -293,17 +287,23 @@ def plant(topics: spacerobot.Topics) -> type[Component]:
         parameters, state = plant_parameters(topics.joints), plant_state(topics.joints)
         inputs = {"base_command": topics.base_command, "joint_command": topics.joint_command, "brakes": topics.brakes}
         optional_inputs = ("brakes",)
-        outputs = {"truth": topics.truth, "parameters": topics.true_parameters, "wheels": topics.wheel_state,
+        outputs = {"truth": topics.truth, "parameters": topics.true_parameters, "wheels": topics.wheel_momentum,
                    "pose": topics.true_pose, "frames": topics.true_frames}
         output_rate_hz = {"pose": 10.0, "frames": 10.0}
         rate_hz = 50.0
         start, output, update = start, output, update
-        formatted = (Formatted("tf", TYPE, "frames", moving_frames(topics.frames)),)
+        formatted = (
+            Formatted("tf", TYPE, "frames", moving_frames(topics.frames)), *latched("frames", ground=False),
+            Formatted("joint_states", "sensor_msgs/msg/JointState", "frames", true_joints(topics), Role.TELEMETRY))
         faults = {DIVERGED: "the motion has diverged (a rate is beyond 1e4 rad/s)"}
 
         @classmethod
         def resolve(cls, values, where, folder=None):
             return resolve_robot(values, where, folder)
+
+        @classmethod
+        def scene(cls, values):
+            return scene(values, topics)
 
         @classmethod
         def check(cls, values, where):

@@ -18,8 +18,10 @@ PACKAGES = {  # package -> the packages it may import
 FLOORS = (  # of flight_graph, from the ground: a module imports its own room and the floors below
     {"errors", "syntax"}, {"text_files"}, {"timebase", "yaml_text", "xml_text"}, {"sampling", "statistics"}, {"components"},
     {"bags"},
-    {"faults"}, {"monitors"}, {"graphs"}, {"engines"}, {"lanes"}, {"recordings"},
-    {"replays", "campaigns", "claims", "stepping"}, {"requirements", "reports", "c_export"}, {"ros"}, {"runs"}, {"cli"})
+    {"faults"}, {"monitors"}, {"graphs"}, {"engines"}, {"lanes"}, {"cuda"}, {"recordings"},
+    {"scenes", "plots"}, {"replays", "campaigns", "claims", "stepping"}, {"requirements", "c_export"}, {"reports"}, {"viewers"},
+    {"ros"},
+    {"runs"}, {"cli"})
 
 KNOWN = modules()
 GRAPH = imports(KNOWN)

@@ -41,7 +41,7 @@ def elsewhere(monkeypatch):
 def test_a_run_verifies_itself(flight, asteroid):
     done = flight("verify", asteroid)
     assert done.status == 0
-    assert "equal, byte for byte: 3777 messages on 15 topics" in done.out
+    assert "equal, byte for byte: 3859 messages on 19 topics" in done.out
     report = json.loads(flight("verify", asteroid, "--json").out)
     assert (report["holds"], report["verdict"], report["applied"], report["topics"]) == (True, "equal", "bytes", [])
 
@@ -132,7 +132,7 @@ def test_an_interrupted_run(tmp_path):
     bag.close({"complete": "false"})
     result = verify(tmp_path / "bag")
     assert result.verdict == "equal"
-    assert "the run was interrupted: 0.208 of 0.5 s are recorded" in result.sentences[-1]
+    assert "the run was interrupted: 0.212 of 0.5 s are recorded" in result.sentences[-1]
 
 
 def test_a_recovered_bag(asteroid, tmp_path):

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -10,14 +11,15 @@ from pathlib import Path
 import pytest
 
 from flight_graph.bags.reader import read_bag
+from flight_graph.c_export import machine_code
 from flight_graph.c_export.archive import archive
 from flight_graph.c_export.export import export as write
 from flight_graph.components import registry
 from flight_graph.errors import FlightError
 from flight_graph.recordings.recorded_run import open_recorded
+from tests.c_export import emulated
 
 ROOT = Path(__file__).resolve().parents[2]
-MACHINES = {"aarch64": 183, "riscv64": 243}  # e_machine of ELF
 
 
 def export(*arguments, cwd=ROOT):
@@ -48,13 +50,65 @@ def test_the_golden_bag_flies_in_c(tmp_path):
     assert flown.returncode == 1 and "differs at 200000000 ns" in flown.stderr, flown.stdout + flown.stderr
 
 
-@pytest.mark.parametrize("target", ["aarch64"])
-def test_code_for_another_processor(target, tmp_path):
-    done = export("sim_nodes/star_tracker", "--out", tmp_path / "c", "--target", target)
+@pytest.fixture(scope="module")
+def made_for_armv7(tmp_path_factory):
+    """The inertial unit of the rover for a processor of 32 bits, with its firings in a golden bag."""
+    folder = tmp_path_factory.mktemp("armv7") / "c"
+    done = export("sim_nodes/imu", "--out", folder, "--target", "armv7", "--bag", ROOT / "bags/cubli_asteroid", "--json")
     assert done.returncode == 0, done.stderr
-    content = (tmp_path / "c/libstar_tracker.a").read_bytes()
+    return folder, json.loads(done.stdout)["needs"]
+
+
+def test_code_for_another_processor(made_for_armv7):
+    """Of 32 bits, in the hard-float convention; what it calls is memory and the conversions of the processor's run time."""
+    folder, needs = made_for_armv7
+    content = (folder / "libimu.a").read_bytes()
     begin = content.index(b"\x7fELF")
-    assert int.from_bytes(content[begin + 18:begin + 20], "little") == MACHINES[target] and content[begin + 4] == 2
+    assert int.from_bytes(content[begin + 18:begin + 20], "little") == 40 and content[begin + 4] == 1  # EM_ARM, 32 bits
+    assert needs and set(needs) <= {"memset", "memcpy", "__aeabi_d2lz", "__aeabi_l2d", "__aeabi_ul2d"}
+    assert "processors of 32 bits" in (folder / "imu.h").read_text()
+
+
+MATHEMATICS = """
+declare double @llvm.sqrt.f64(double)
+define void @law(ptr noalias %a) {
+  %x = load double, ptr %a, align 1
+  %at = getelementptr i8, ptr %a, i64 8
+  %y = load double, ptr %at, align 1
+  %product = fmul double %x, %y
+  %sum = fadd double %product, %x
+  %difference = fsub double %product, %sum
+  %ratio = fdiv double %difference, %y
+  %root = call double @llvm.sqrt.f64(double %ratio)
+  store double %root, ptr %at, align 1
+  ret void
+}"""
+
+
+@pytest.mark.parametrize("target", ["aarch64", "riscv64", "armv7"])
+def test_no_processor_contracts_a_product_and_a_sum(target):
+    """Each rounds twice, in hardware: no fused instruction, no call. (The vmla of VFPv3 rounds its product.)"""
+    module, machine = machine_code.for_target(MATHEMATICS, machine_code.TARGETS[target])
+    text = machine.emit_assembly(module)
+    assert not re.search(r"\b(vfn?m[as]|fn?m(add|sub)|fml[as])\b", text), text
+    assert not re.search(r"^\s+(bl|blx|call|jal)\s", text, re.MULTILINE), text
+    assert re.search(r"\b(vsqrt\.f64|fsqrt(\.d)?)\b", text), text
+
+
+@pytest.mark.skipif(emulated.tools("armv7") is None, reason="no arm-linux-gnueabihf-gcc or no qemu-arm here")
+def test_the_golden_bag_flies_on_an_emulated_processor_of_32_bits(made_for_armv7):
+    flown = emulated.fly(made_for_armv7[0], "armv7")
+    assert flown.returncode == 0 and "50 firings, equal byte for byte" in flown.stdout, flown.stdout + flown.stderr
+
+
+@pytest.mark.parametrize("target", ["aarch64"])  # and riscv64: python -m tests.c_export.emulated flies all
+def test_the_golden_bag_flies_on_an_emulated_processor(target, tmp_path):
+    if emulated.tools(target) is None:
+        pytest.skip(f"no {' or no '.join(emulated.TOOLS[target])} here")
+    done = export("sim_nodes/star_tracker", "--out", tmp_path / "c", "--target", target, "--bag", ROOT / "bags/cubli_asteroid")
+    assert done.returncode == 0, done.stderr
+    flown = emulated.fly(tmp_path / "c", target)
+    assert flown.returncode == 0 and "2 firings, equal byte for byte" in flown.stdout, flown.stdout + flown.stderr
 
 
 def test_an_archive_is_what_the_linker_reads(tmp_path):

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+from flight_graph.cli import show
 from tests.commands import runner
 from tests.graph import toy
 
@@ -36,13 +37,40 @@ def test_help_names_an_example(flight, command):
     assert status == 0 and "Example: flight " in out
 
 
-def test_list_shows_scenarios_and_components(flight):
+def test_list_shows_scenarios_by_vehicle_and_components(flight):
     status, out, _ = flight("list")
-    assert status == 0
-    for name in ("cubli_asteroid_paper", "cubli_earth", "cubli_ros/appc_controller", "sim_nodes/cubli_plant"):
-        assert name in out
+    assert status == 0 and "cubli_ros/appc_controller" not in out
+    places = [out.index(word) for word in ("rover\n", "flight run NAME", "cubli_asteroid_paper", "flight sweep NAME",
+                                           "cubli_gains", "faults:", "cubli_faults", "space robot\n", "lander\n")]
+    assert places == sorted(places)
+    shown = flight("list", "--components")[1]
+    for name in ("cubli_ros/appc_controller", "sim_nodes/cubli_plant"):
+        assert name in shown
     found = json.loads(flight("list", "--json")[1])
     assert {"cubli_asteroid", "cubli_earth_paper"} <= found["scenarios"].keys() and "sim_nodes/imu" in found["components"]
+    assert found["groups"]["lander_faults"] == ["lander", "faults"]
+
+
+def test_tables_can_be_read_at_80_columns(flight, toy_file, monkeypatch):
+    """No line is longer, and no name is broken: what does not fit beside each other stands below each other."""
+    monkeypatch.setattr(show.console, "width", 80)
+    monkeypatch.setattr(show.console, "soft_wrap", False)
+    flight("run", str(toy_file), "--trust", "--out", "bag")
+    bag = str(ROOT / "bags/lander_nominal")
+    for command, names in ((["list"], ["spacerobot_harmonic_rls_same_sample"]),
+                           (["list", "cubli_asteroid"], ["sim_nodes/star_tracker", "plant.initial_angles"]),
+                           (["list", "cubli_asteroid", "--topics"], ["geometry_msgs/msg/QuaternionStamped"]),
+                           (["list", "lander_faults"], ["lose_star_tracker"]),
+                           (["list", "--components"], ["spacerobot_ros/adaptive_controller"]),
+                           (["info", bag], ["/lander/truth/summary", "sensor_msgs/msg/JointState"]),
+                           (["diff", bag, "bag"], ["/toy/truth"]),
+                           (["plot", bag, "--fields"], ["/lander/cmd_wrench.wrench.force"]),
+                           (["run", "cubli_earth", "--duration", "0.1"], ["adaptive_a_x", "normal_force_min"])):
+        status, out, err = flight(*command)
+        assert status in (0, 1), err
+        assert max(map(len, out.splitlines())) <= 80 or command[0] == "run", max(out.splitlines(), key=len)
+        for name in names:
+            assert name in out, (command, name)
 
 
 def test_list_of_a_scenario_shows_units_in_brackets(flight):

@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 from rosbags.highlevel import AnyReader
 
-from flight_graph.cli.layout import made
 from flight_graph.cli.topic_tables import show_topics, topic_rows
 from flight_graph.components.foreign import refuse
 from flight_graph.graphs.scenario import load
@@ -42,20 +41,3 @@ def test_programs_read_it(capsys):
     funnel = rows["/cubli/funnel"]["numbers"]
     assert funnel[6] == {"path": "position[6]", "label": "attitude_xi[0]", "unit": "1", "meaning": "xi_a = e_a / rho_a"}
     assert rows["/tf_static"]["rate_hz"] is None and rows["/tf"]["rate_hz"] == 10.0
-
-
-def test_a_layout_for_viewers_names_every_number_once(tmp_path):
-    """Every panel that the layout places exists, every path is that of a number, and none is plotted twice."""
-    rows = topic_rows(load("cubli_asteroid"))
-    found = json.loads(json.dumps(made(rows)))
-    wanted = {f"{row['topic']}.{number['path']}": number["label"] for row in rows for number in row["numbers"]
-              if not number["label"].startswith("covariance")}  # 36 numbers of a matrix
-    paths = [path for name, panel in found["configById"].items() if name.startswith("Plot!") for path in panel["paths"]]
-    assert {path["value"]: path["label"] for path in paths} == wanted and len(paths) == len(wanted)
-    assert max(len(panel.get("paths", ())) for panel in found["configById"].values()) <= 12
-
-    def places(tree):
-        return [tree] if isinstance(tree, str) else places(tree["first"]) + places(tree["second"])
-    tabs = found["configById"][found["layout"]]["tabs"]
-    placed = [name for tab in tabs for name in places(tab["layout"])]
-    assert sorted([*placed, found["layout"]]) == sorted(found["configById"])

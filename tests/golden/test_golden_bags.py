@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from flight_graph.errors import FlightError
-from flight_graph.graphs import scenario
+from flight_graph.graphs import scenario, source
 from flight_graph.recordings.recorded_run import open_recorded
 from flight_graph.runs import replay, verify
 
@@ -60,7 +60,7 @@ def test_golden_bag_as_nodes(bag):
 def test_every_scenario_has_one():
     """A scenario with a vary block stands for many runs, and has none."""
     missing = []
-    for name in scenario.available():
+    for name in source.available():
         try:
             if scenario.load(name).vary is None and FOLDER / name not in BAGS:
                 missing.append(name)

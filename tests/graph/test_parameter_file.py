@@ -5,8 +5,8 @@ import pytest
 from flight_graph.components.parameter_file import overrides
 from flight_graph.errors import FlightError
 
-COMPONENTS = {"plant": {"use": "sim_nodes/cubli_plant"}, "law": {"use": "cubli_ros/appc_controller"},
-              "other": {"use": "cubli_ros/appc_controller"}}
+COMPONENTS = {"plant": ("sim_nodes/cubli_plant", None), "law": ("cubli_ros/appc_controller", None),
+              "other": ("cubli_ros/appc_controller", None)}
 
 
 def read(tmp_path, text):

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from flight_graph.errors import FlightError
-from flight_graph.graphs.scenario import available, load
+from flight_graph.graphs.scenario import load
+from flight_graph.graphs.source import available
 from sim_nodes.gravity import bodies, mesh
 
 TETRAHEDRON = """# a comment

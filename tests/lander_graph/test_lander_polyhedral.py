@@ -4,17 +4,19 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from flight_graph.components import registry
 from flight_graph.components.component import Component
 from flight_graph.components.records import Array, State
 from flight_graph.errors import FlightError
 from flight_graph.graphs.scenario import load
 from flight_math import Vec3, fingerprint
+from flight_math.uncompiled import uncompiled
 from sim_nodes.gravity import bodies, mesh
 from sim_nodes.gravity.ellipsoid import Ellipsoid, ellipsoid_gravity
-from sim_nodes.gravity.polyhedron import evaluate
+from sim_nodes.gravity.polyhedron import evaluate, faces_gravity
 from sim_nodes.gravity.superellipsoid import Superellipsoid
 from sim_nodes.lander.plant import LanderPlant
-from sim_nodes.lander.polyhedral import FACES, PolyhedralPlant, require_outside
+from sim_nodes.lander.polyhedral import PolyhedralPlant, require_outside
 
 NAME = "lander_bennu_polyhedral"
 
@@ -102,13 +104,30 @@ def test_refused_meshes(tmp_path):
     assert "plant" in sentence and "mesh" in sentence and "has a hole: 3 edges" in sentence
     assert "there is no mesh file" in refusal({**use, "plant.mesh": "missing.obj"})
     assert "needs a Wavefront .obj file" in refusal(use)
-    vertices, faces = mesh.icosphere(9)
-    sentence = refusal({**use, "plant.mesh": write_obj(tmp_path / "fine.obj", 200.0 * vertices, faces)})
-    assert "has 1620 faces" in sentence and f"{FACES} faces" in sentence and "decimate" in sentence
     vertices, faces = mesh.icosphere(4)
     away = write_obj(tmp_path / "away.obj", 200.0 * vertices + [500.0, 0.0, 0.0], faces)
     assert "the origin must lie inside the body" in refusal({**use, "plant.mesh": away})
     assert "mesh_frequency" in refusal({"plant.mesh_frequency": 9})
+
+
+def test_a_mesh_of_any_size(tmp_path):
+    """A scenario with more than 1280 faces runs with classes of more room: their tables are the mesh, and attract as a sphere."""
+    vertices, faces = mesh.icosphere(12)
+    found = load(NAME, {f"{node}.{key}": value for node in ("plant", "gravity") for key, value in {
+        "gravity_model": "mesh", "mesh": write_obj(tmp_path / "fine.obj", 246.0 * vertices, faces)}.items()})
+    for name, kind in (("plant", "plant"), ("gravity", "gravity")):
+        node = found.graph.nodes[name]
+        assert node.use == f"sim_nodes.lander.polyhedral:{kind}_5120" and registry.component(node.use) is node.component
+        assert node.component.fitted(node.values) is None
+        x = node.component.initial_state(node.values)[0]
+        assert x["face_count"] == 2880 and x["vertices"].shape == (5120, 3)
+        with np.errstate(all="ignore"):
+            g = uncompiled(faces_gravity)(x["vertices"], x["faces"], int(x["face_count"]), float(x["strength"]), Vec3(300.0, 0.0, 400.0))
+        np.testing.assert_allclose(g.parts(), -np.array([0.6, 0.0, 0.8]) * bodies.BENNU_GM / 500.0**2, rtol=2e-3, atol=1e-12)
+    small = load(NAME, {"plant.use": "sim_nodes.lander.polyhedral:plant_5120"}).graph.nodes["plant"]
+    assert small.use == "sim_nodes/lander_polyhedral_plant"
+    with pytest.raises(FlightError, match="has 2880 faces, and this node has room for 1280; start it as .*:plant_5120"):
+        small.component.initial_state(found.graph.nodes["plant"].values)
 
 
 def test_refused_sites():

@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parents[2]
 AMENT_PACKAGES = {"flight_graph", "msg_schemas", "cubli_ros", "spacerobot_ros", "lander_ros", "sim_nodes"}
 NODE_PACKAGES = AMENT_PACKAGES - {"flight_graph", "msg_schemas"}
 SOURCES = ["setup.py", "package.xml", "pyproject.toml", "MANIFEST.in", "LICENSE"]
-FOLDERS = ["launch", "config"]
+FOLDERS = ["launch", "config", "urdf"]
 
 
 def python_packages():
@@ -43,7 +43,7 @@ def node_table(package):
 
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory):
-    """A copy of the sources without anything built, and with one more launch file and configuration, in a subfolder."""
+    """A copy of the sources without anything built, and with one more file of each kind of data, in a subfolder."""
     copy = tmp_path_factory.mktemp("tree")
     ignore = shutil.ignore_patterns("__pycache__", "*.pyc")
     for name in SOURCES:
@@ -97,8 +97,8 @@ def test_the_prefix_has_six_ament_packages(prefix):
     check_ament_layout(prefix)
 
 
-def test_launch_and_config_folders_are_named_after_ament_packages():
-    """setup.py installs launch/<package> and config/<package>; another folder there would be left out."""
+def test_data_folders_are_named_after_ament_packages():
+    """setup.py installs launch/<package>, config/<package> and urdf/<package>; another folder there would be left out."""
     for kind in FOLDERS:
         assert {path.name for path in (ROOT / kind).glob("*/")} - {"__pycache__"} <= AMENT_PACKAGES
         for package in AMENT_PACKAGES:

@@ -15,7 +15,8 @@ from pathlib import Path
 
 from flight_graph.engines.compiled import CompiledRun, Recording
 from flight_graph.errors import FlightError
-from flight_graph.graphs.scenario import available, load
+from flight_graph.graphs.scenario import load
+from flight_graph.graphs.source import available
 
 FILE = Path(__file__).with_name("scenario_digests.json")
 LENGTHS = ("short", "whole")

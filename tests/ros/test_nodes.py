@@ -15,9 +15,12 @@ from mcap.reader import make_reader
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import deserialize_message
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import String
+from visualization_msgs.msg import MarkerArray
 
 from flight_graph.timebase import J2000
 from tests.ros.processes import finish, flight, running, until
@@ -49,9 +52,9 @@ class Client:
         self.node.destroy_client(client)
         return future.result()
 
-    def listen(self, type_, topic):
+    def listen(self, type_, topic, qos=100):
         heard = []
-        self._made.append(self.node.create_subscription(type_, topic, heard.append, 100))
+        self._made.append(self.node.create_subscription(type_, topic, heard.append, qos))
         return heard
 
     def set(self, node, name, value):
@@ -114,13 +117,21 @@ def test_plant_and_controller_from_two_terminals(client, tmp_path):
     """Realtime at 100 Hz: commands follow the truth, /clock runs at the wall's pace, parameters and lifecycle work."""
     clock = client.listen(Clock, "/clock")
     truth, commands = client.listen(Imu, "/cubli/truth/attitude"), client.listen(JointState, "/cubli/wheel_command")
-    with running(*PLANT, cwd=tmp_path) as plant, \
+    with running(*PLANT, "--ros-args", "-p", "mass:=2.5", cwd=tmp_path) as plant, \
             running(*CONTROLLER, "--ros-args", *TO_PLANT, "-p", "lambda_a:=0.03", cwd=tmp_path) as controller:
         client.spin_until(lambda: len(commands) > 20 and len(truth) > 20, 60.0, "commands and truth")
         stamp = commands[-1].header.stamp
         assert commands[-1].name == ["wheel_x", "wheel_y", "wheel_z"] and len(commands[-1].effort) == 3
         assert any(np.abs(message.effort).max() > 1e-5 for message in commands)
         assert stamp.sec >= J2000 // 10**9
+
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # whoever comes now is told as well
+        models, scenes = client.listen(String, "/robot_description", latched), client.listen(MarkerArray, "/scene", latched)
+        joints = client.listen(JointState, "/joint_states")
+        client.spin_until(lambda: models and scenes and joints, 60.0, "the model, the ground and the wheels")
+        masses = [float(mass) for mass in re.findall('mass value="([^"]*)"', models[0].data)]
+        assert sum(masses) == pytest.approx(2.5, rel=1e-12) and [marker.ns for marker in scenes[0].markers] == ["ground"]
+        assert joints[0].name == ["wheel_x", "wheel_y", "wheel_z"] and len(joints[0].position) == 3
 
         seen, began = len(clock), time.monotonic()
         start = clock[-1].clock

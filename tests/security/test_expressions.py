@@ -28,6 +28,6 @@ def test_values(text):
 def test_refused(text):
     began = time.perf_counter()
     with pytest.raises(FlightError, match="^w: ") as caught:
-        references(text, "w")
+        references(text, KNOWN, "w")
         evaluate(text, KNOWN, "w")
     assert time.perf_counter() - began < 1.0 and len(str(caught.value)) < 1000

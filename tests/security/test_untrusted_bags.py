@@ -9,8 +9,10 @@ from flight_graph.recordings.recorded_run import open_recorded
 from tests.security.attacks import Trap, bag, plant_compiled, scenario
 
 READING = (("info", "BAG"), ("info", "BAG", "--json"), ("info", "BAG", "--attachment", "scenario.json"),
-           ("export", "BAG", "--to", "csv", "--out", "OUT"), ("diff", "BAG", "BAG"), ("recover", "BAG", "--out", "OUT"))
-RUNNING = (("verify", "BAG"), ("replay", "BAG", "--component", "plant"), ("plot", "BAG", "--out", "OUT"))
+           ("export", "BAG", "--to", "csv", "--out", "OUT"), ("diff", "BAG", "BAG"), ("recover", "BAG", "--out", "OUT"), ("report", "BAG", "--html", "OUT"),
+           ("plot", "BAG", "--fields"))
+RUNNING = (("verify", "BAG"), ("replay", "BAG", "--component", "plant"))
+PLOT = ("plot", "BAG", "--out", "OUT.png")  # by numbers alone, where the scenario names no figure
 
 
 def used(use):
@@ -63,11 +65,13 @@ def test_nothing_of_a_bag_runs(flight, monkeypatch, tmp_path, kind):
         assert done.status == 0 and not trap.ran, (command, done.err)
     monkeypatch.setattr("flight_graph.engines.compiled.CompiledRun.compile", lambda *_: pytest.fail("it would be compiled"))
     for number, command in enumerate(RUNNING):
-        if kind in HARMLESS_TO_VERIFY and command[0] != "plot":
+        if kind in HARMLESS_TO_VERIFY:
             open_recorded(folder)  # names what these commands do not call
             continue
         done = flight(*[{"BAG": folder, "OUT": tmp_path / f"out b{number}"}.get(part, part) for part in command])
         assert done.status == 2 and done.err.startswith("error: ") and "Traceback" not in done.err, done.err
+    done = flight(*[{"BAG": folder, "OUT.png": tmp_path / "out p.png"}.get(part, part) for part in PLOT])
+    assert done.status == (2 if kind.startswith("figure") else 0), done.err
     assert not trap.ran
     assert {path for path in tmp_path.rglob("*")} - before <= {path for path in tmp_path.rglob("*") if "out " in str(path)}
 

@@ -1,9 +1,11 @@
 """A run that is stepped through stands where the whole run stood: forwards, backwards, in branches, and beside another bag."""
 
+import gc
 import os
 import re
 import subprocess
 import sys
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -233,3 +235,20 @@ def test_a_run_that_stops_can_be_gone_back_from():
     assert run.read("controller.state.fault") == 0
     assert not run.step() and "controller stopped" in run.stopped
     assert run.back(ticks=2) and run.tick == 10 and not run.until("t > 0.5") and run.tick == 12
+
+
+def test_a_thousand_resets_leave_nothing_behind(scenario):
+    run = Stepper(scenario)
+    run.until(tick=300)
+    there, held = run.flight.checkpoint().digest, []
+    tracemalloc.start()
+    for count in (100, 1000):
+        for _ in range(count):
+            run.until(tick=0)
+            run.until(tick=20)
+        gc.collect()
+        held.append(tracemalloc.get_traced_memory()[0])
+    tracemalloc.stop()
+    assert held[1] - held[0] < 20_000  # [bytes] less than a checkpoint in ten resets
+    run.until(tick=300)
+    assert run.flight.checkpoint().digest == there

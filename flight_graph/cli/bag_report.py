@@ -1,0 +1,50 @@
+"""flight report of bags: one page of what ran, seen in space and over time, with its verdicts."""
+
+import json
+import webbrowser
+from pathlib import Path
+
+from flight_graph.cli.show import status, steps
+from flight_graph.cli.trust import asked
+from flight_graph.errors import FlightError
+
+
+def report_bags(bags: list[Path], html: Path | None, verify: bool, show: bool, trust: bool, as_json: bool) -> None:
+    """Write the page of some bags and say where it is."""
+    from flight_graph.bags.errors import quoted
+    from flight_graph.plots.names import beside, run_names
+    from flight_graph.reports import bag_figures, bag_page, page
+    if len(bags) > bag_page.MOST_BAGS:
+        raise FlightError(f"{len(bags)} bags are too many for one page; allowed: {bag_page.MOST_BAGS} on one axis")
+    consent, names, runs = asked(trust), run_names(bags), []
+    path = html or beside(bags[0], ".html" if len(bags) == 1 else "_compared.html", "--html")
+    with steps("report", not as_json) as advance:
+        for bag, name in zip(bags, names):
+            advance(0, None, f"reading {bag}")
+            runs.append(bag_page.read_run(bag, name, consent))
+        for run in runs if verify else ():
+            run.verified = _verified(run, trust, advance)
+        made = bag_page.page(runs, consent, advance)
+    page.write(path, *made)
+    if as_json:
+        print(json.dumps({"page": str(path), "bags": [
+            {"bag": str(run.bag.path), "scenario": run.lines.data.get("name"), "digest": bag_figures.digest(run.bag),
+             "verified": run.verified or None, "metrics": run.metrics, "left_out": run.why or None} for run in runs]}))
+    else:
+        for run in runs:
+            if run.why:
+                status(f"{run.name}: metrics, requirements and claims are left out: {run.why}")
+        print(path)
+    if show and not webbrowser.open(path.resolve().as_uri()):
+        status(f"there is no browser here that opens it; open {quoted(path)} in one")
+
+
+def _verified(run, trust, advance) -> str:
+    """What running a bag again gave, in words."""
+    from flight_graph.replays.verify import verify
+    try:
+        found = verify(run.bag.path, trust=trust, progress=lambda seconds: advance(
+            seconds, run.scenario.duration_ns / 1e9 if run.scenario else None, f"running {run.name} again"))
+    except FlightError as error:
+        return f"no: {error}"
+    return "; ".join(dict.fromkeys(found.sentences)) or found.verdict

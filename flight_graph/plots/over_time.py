@@ -1,0 +1,133 @@
+"""Quantities of bags over time, or one over another, as one picture: a panel for each, all runs in it."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from flight_graph.errors import FlightError
+from flight_graph.plots import style
+from flight_graph.plots.marks import ACT, END, FAULT, LIMIT, MODE, SETTING, Mark
+from flight_graph.plots.series import BagLines, Quantity
+from flight_graph.plots.thinning import chosen
+
+MOST_PANELS = 12
+MOST_LINES = 12  # of a panel and run
+MOST_POINTS = 20_000  # of a line
+MOST_MARKS = 25
+LINES_AT_FIRST = 4  # of a quantity that is drawn without having been asked for
+MARK_COLOURS = {FAULT: "#c0392b", LIMIT: "#d68910", ACT: "#6c4a9e", MODE: "#0b6e99", SETTING: "#2e8b57", END: "#1c2833"}
+
+
+@dataclass(frozen=True)
+class Panel:
+    """A quantity of some runs. title: what it is; shown: (name of the run, quantity), one a run that has it."""
+
+    title: str
+    shown: list[tuple[str, Quantity]]
+
+
+def panels(runs: list[BagLines], fields: list[str]) -> list[Panel]:
+    """A panel for each field ``TOPIC.FIELD``; runs without it are left out where another one has it. Raises FlightError."""
+    if len(fields) > MOST_PANELS:
+        raise FlightError(f"{len(fields)} fields are too many for one picture; allowed: {MOST_PANELS}")
+    found = []
+    for field in fields:
+        shown, missing = [], None
+        for run in runs:
+            try:
+                shown.append((run.name, run.find(field)))
+            except FlightError as error:
+                missing = missing or error
+        if not shown:
+            raise missing
+        found.append(Panel(f"{shown[0][1].topic}.{shown[0][1].name}", shown))
+    return found
+
+
+def first_panels(runs: list[BagLines]) -> list[Panel]:
+    """Panels of what changes in the first topics, where nobody has asked for any. Raises FlightError where nothing does."""
+    names = {}
+    for run in runs:
+        for topic in run.topics:
+            for quantity in run.quantities(topic):
+                if not quantity.is_constant and len(quantity.lines) <= LINES_AT_FIRST:
+                    names.setdefault(topic, []).append(f"{topic}.{quantity.name}")
+    fields = []
+    while len(fields) < MOST_PANELS // 2 and any(names.values()):
+        for topic in names:
+            if names[topic] and len(fields) < MOST_PANELS // 2:
+                fields.append(names[topic].pop(0))
+    if not fields:
+        raise FlightError(f"{runs[0].bag.path}: no number in it changes, so there is nothing to plot")
+    return panels(runs, fields)
+
+
+def draw(found: list[Panel], path: Path, title: str, over: list[Panel] | None = None, begin: float | None = None,
+         end: float | None = None, marks: list[Mark] = ()) -> tuple[Path, int]:
+    """Write the picture; return it and how many messages of a line were thinned, 0 when none was.
+
+    over: the panel with the quantity on the horizontal axis, in place of time; begin, end: the times [s] that are drawn.
+    """
+    columns = 1 if len(found) < 4 else 2
+    rows = -(-len(found) // columns)
+    figure = style.new_figure(7.5 * columns + 2.0, max(3.6, 2.4 * rows + 0.8))
+    places = figure.subplots(rows, columns, squeeze=False, sharex=over is None).ravel()
+    thinned = 0
+    for place, panel in zip(places, found):
+        thinned = max(thinned, *(_draw(place, panel, at, run, quantity, over, begin, end)
+                                 for at, (run, quantity) in enumerate(panel.shown)))
+        place.set_title(style.plain(panel.title), fontsize=9, loc="left")
+        unit = panel.shown[0][1].unit
+        place.set_ylabel(style.plain(f"[{unit}]" if unit else ""))
+        if over is None:
+            _marks(place, marks)
+        style.legend(place)
+    for place in places[len(found):]:
+        place.set_visible(False)
+    label = "t [s]" if over is None else f"{over[0].title} [{over[0].shown[0][1].unit}]"
+    for place in places[max(0, len(found) - columns):len(found)]:
+        place.set_xlabel(style.plain(label))
+    return style.save(figure, path, title), thinned
+
+
+def _draw(place, panel, at, run, quantity, over, begin, end) -> int:
+    """The lines of a run; returns the number of its messages where they were thinned."""
+    inside = np.ones(len(quantity.t), bool)
+    if begin is not None:
+        inside &= quantity.t >= begin
+    if end is not None:
+        inside &= quantity.t <= end
+    lines = {name: values[inside] for name, values in list(quantity.lines.items())[:MOST_LINES]}
+    t, several = quantity.t[inside], len(panel.shown) > 1
+    x = t if over is None else _matched(over[0], run, t)
+    rows = chosen(list(lines.values()), MOST_POINTS)
+    keep = slice(None) if rows is None else rows
+    for number, (name, values) in enumerate(lines.items()):
+        label = " ".join(part for part in (run if several else "", name.lstrip(".") if name or several else quantity.name) if part)
+        colour = style.COLOURS[(at if several else number) % len(style.COLOURS)]
+        dash = style.DASHES[(number if several else number // len(style.COLOURS)) % len(style.DASHES)]
+        place.plot(x[keep], values[keep], dash, color=colour, lw=1.0, marker="" if len(values) > 1 else "o",
+                   label=style.plain(label))
+    if len(quantity.lines) > MOST_LINES:
+        place.plot([], [], " ", label=f"{len(quantity.lines) - MOST_LINES} more entries not drawn")
+    return len(t) if rows is not None else 0
+
+
+def _matched(panel, run, t) -> np.ndarray:
+    """The quantity of the horizontal axis at the times of the other. Raises FlightError where it has several lines."""
+    quantity = next((one for name, one in panel.shown if name == run), None)
+    if quantity is None:
+        raise FlightError(f"--over: {run} has no {panel.title}")
+    if len(quantity.lines) != 1:
+        names = ", ".join(f"{quantity.topic}.{quantity.name}{name}" for name in quantity.lines)
+        raise FlightError(f"--over {panel.title}: it has {len(quantity.lines)} numbers; name one: {names}")
+    return np.interp(t, quantity.t, next(iter(quantity.lines.values())), left=np.nan, right=np.nan)
+
+
+def _marks(place, marks):
+    for mark in list(marks)[:MOST_MARKS]:
+        place.axvline(mark.t, color=MARK_COLOURS[mark.kind], ls=":", lw=0.8)
+    if marks:
+        for kind in dict.fromkeys(mark.kind for mark in list(marks)[:MOST_MARKS]):
+            place.plot([], [], ":", color=MARK_COLOURS[kind], label=kind)

@@ -1,0 +1,166 @@
+"""The node ``simulation``: services and parameters by which a controlled run is paused, stepped, taken back and ended.
+
+Parameters: ``rate`` (simulated seconds per wall second), ``reset_to_s`` (where a reset goes back to), ``steps`` (that one
+call of ~/step makes).
+"""
+
+import signal
+import threading
+from types import SimpleNamespace
+
+import rclpy
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+from flight_graph.errors import FlightError
+from flight_graph.ros import leaving, simulation_services, simulation_standard
+from flight_graph.ros import simulation_settings as said
+from flight_graph.ros.entities import Entities
+from flight_graph.ros.entry import tell_errors
+from flight_graph.ros.environment import prepare_environment
+from flight_graph.ros.ports import RawPublisher
+from flight_graph.ros.recorder import read_scenario
+from flight_graph.ros.simulation import Limits, Simulation
+from flight_graph.ros.standing import ORDERED, Reports
+from flight_graph.ros.texts import TYPE, text_payload
+from flight_graph.timebase import SECOND
+
+_THREADS = 4  # calls that may wait at the same time
+_NO_RESET = "the run cannot be taken back: its nodes were not started by flight run"
+
+
+class SimulationNode(Node):
+    """Its calls are served by threads of their own; the main thread hears the clock master."""
+
+    def __init__(self, announce):
+        super().__init__(said.NODE)
+        scenario = read_scenario(self._fixed("scenario", "", "the scenario of the run: a name, or a file"))
+        self.settings = SimpleNamespace(epoch_ns=scenario.epoch_ns)
+        lockstep = self._fixed("graph.pace", "lockstep", "lockstep or realtime") == "lockstep"
+        begin_ns = self._fixed("begin_ns", 0, "where the run began [ns]")
+        self.simulation = Simulation(Limits(
+            scenario.graph.base_ns, begin_ns, scenario.duration_ns, lockstep,
+            _why_no_reset(scenario, self._fixed("resets", False, "whether who started the nodes takes the run back")),
+            _only_start(scenario, lockstep)), self._send, announce)
+        self.group = ReentrantCallbackGroup()
+        self._orders = RawPublisher(self, said.ORDERS, TYPE, ORDERED)
+        self.reports = Reports(self, all_of_them=True)
+        self.declare_parameter("rate", self._fixed("graph.factor", 0.0, "the rate at the start"), ParameterDescriptor(
+            description="simulated seconds per wall second" + ("; 0: as fast as the graph answers" if lockstep else "")))
+        self.declare_parameter("reset_to_s", begin_ns / SECOND, ParameterDescriptor(
+            description="where a reset takes the run back to [s of simulated time]"))
+        self.declare_parameter("steps", 1, ParameterDescriptor(description="that one call of ~/step makes [1]"))
+        self.add_on_set_parameters_callback(self._on_set)
+        self.entities = Entities(self, scenario.graph)
+        simulation_services.offer(self)
+        simulation_standard.offer(self)
+
+    def _fixed(self, name, default, doc):
+        return self.declare_parameter(name, default, ParameterDescriptor(description=doc, read_only=True)).value
+
+    def _send(self, text):
+        self._orders.publish(text_payload(text))
+
+    @property
+    def reset_to_ns(self) -> int:
+        """Where a reset goes back to."""
+        return round(self.get_parameter("reset_to_s").value * SECOND)
+
+    @property
+    def steps(self) -> int:
+        """That one call makes."""
+        return self.get_parameter("steps").value
+
+    def _on_set(self, parameters):
+        try:
+            for parameter in parameters:
+                self._check(parameter.name, parameter.value)
+        except FlightError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        for parameter in parameters:
+            if parameter.name == "rate":
+                self.simulation.set_rate(parameter.value)
+        return SetParametersResult(successful=True)
+
+    def _check(self, name, value):
+        if name == "rate":
+            self.simulation.check_rate(value)
+        elif name == "reset_to_s":
+            self.simulation.check_reset(round(value * SECOND) if abs(value) < 1e9 else -1)
+        elif name == "steps" and value < 1:
+            raise FlightError(f"steps: {value} is not allowed; allowed: at least 1")
+
+    def hear(self, stopping: threading.Event) -> None:
+        """Take the reports of the clock master until it is time to end."""
+        while not stopping.is_set():
+            for report in self.reports.new():
+                self.simulation.take(report)
+            self.reports.wait()
+        self.simulation.close()
+
+
+def _why_no_reset(scenario, resets) -> str:
+    if scenario.foreign:
+        return f"the run cannot be taken back: {' and '.join(scenario.foreign)} stands for a foreign node, which goes on"
+    return "" if resets else _NO_RESET
+
+
+def _only_start(scenario, lockstep) -> str:
+    if not lockstep:
+        return "in realtime the wall clock decides what reaches whom, so a run cannot be made again up to a time"
+    return "where faults may be injected on the way, no memory is made of a run" if scenario.live_ids else ""
+
+
+def run_simulation(arguments: list[str], announce) -> int:
+    """Run the node; return the exit status."""
+    stopping = threading.Event()
+    for number in leaving.SIGNALS:
+        signal.signal(number, lambda *_: stopping.set())
+    rclpy.init(args=[said.NODE, *arguments], signal_handler_options=SignalHandlerOptions.NO)
+    node = None
+    try:
+        node = SimulationNode(announce)
+        executor = MultiThreadedExecutor(_THREADS)
+        executor.add_node(node)
+        thread = threading.Thread(target=_serve, args=(executor,), daemon=True)
+        thread.start()
+        announce({"ready": node.get_name()})
+        node.hear(stopping)
+        executor.shutdown(timeout_sec=1.0)
+        thread.join(timeout=1.0)
+        return 0
+    except FlightError as error:
+        announce({"error": str(error)})
+        return 1
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def _serve(executor):
+    try:
+        executor.spin()
+    except ExternalShutdownException:
+        pass
+
+
+def main(arguments: list[str], announce=None) -> int:
+    """The executable ``simulation``."""
+    if "-h" in arguments or "--help" in arguments:
+        print("simulation: pauses, steps and ends a run of nodes that are controlled\n\n"
+              "usage: flight node sim_nodes/simulation --ros-args -p scenario:=cubli_asteroid")
+        return 0
+    prepare_environment()
+    leaving.at_once()
+    leaving.keep_imports()
+    leaving.leave(run_simulation(arguments, announce or _tell))
+
+
+def _tell(event):
+    tell_errors(event)
+    if "quit" in event:
+        signal.raise_signal(signal.SIGTERM)

@@ -1,0 +1,41 @@
+"""What a person names to be shown: a bag, or a scenario that is flown."""
+
+from pathlib import Path
+
+from flight_graph.bags.reader import Bag
+from flight_graph.errors import FlightError
+from flight_graph.graphs.scenario import Scenario
+from flight_graph.scenes.finding import scene_of, scene_of_bag
+from flight_graph.scenes.scene import Scene
+from flight_graph.viewers.series import Series, series_of_signal
+
+_ENDINGS = (".mcap", ".db3", ".zstd")
+
+
+def is_bag(name: str) -> bool:
+    """Whether a name is that of a bag, and not of a scenario."""
+    path = Path(name)
+    return path.is_dir() or path.suffix in _ENDINGS
+
+
+def picture_of_bag(bag: Bag, trust) -> tuple[Scene | None, list[str]]:
+    """The scene of a bag, and why there is none. trust: as for `flight_graph.scenes.finding.scene_of_bag`."""
+    try:
+        return scene_of_bag(bag, trust), []
+    except FlightError as error:
+        return None, [f"no picture, plots alone: {error}"]
+
+
+def picture_of(scenario: Scenario) -> tuple[Scene | None, list[str]]:
+    """The scene of a scenario, and why there is none."""
+    try:
+        return scene_of(scenario), []
+    except FlightError as error:
+        return None, [f"no picture, plots alone: {error}"]
+
+
+def series_of(scenario: Scenario, units: dict[str, str]) -> list[Series]:
+    """What can be plotted of a scenario's run, without values. units: see `flight_graph.viewers.messages.in_memory`."""
+    return [one for node, port in scenario.recorded()
+            for signal in [scenario.graph.signal(node, port)]
+            for one in series_of_signal(f"/{signal.topic}", signal, units)]
