@@ -1,7 +1,9 @@
 """flight sweep: a campaign of many runs of a scenario, in a folder."""
 
 import json
+import signal
 import time
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -156,10 +158,10 @@ def _some(campaign, scenario, text, resume, as_json, where):
 def _all(campaign, scenario, where, figure, as_json):
     from flight_graph.bags.errors import quoted
     from flight_graph.campaigns import opening
-    from flight_graph.campaigns.fault_table import draw, fault_rows
+    from flight_graph.campaigns.fault_table import draw, faults_of
     from flight_graph.campaigns.summary import ends, summary
     began = time.perf_counter()
-    with steps(f"campaign of {campaign.manifest.name}", not as_json) as advance:
+    with steps(f"campaign of {campaign.manifest.name}", not as_json) as advance, _one_interrupt():
         try:
             campaign = opening.fill(campaign, scenario, where.pool,
                                     lambda done, total: advance(done, total, "runs"), status)
@@ -167,7 +169,7 @@ def _all(campaign, scenario, where, figure, as_json):
             raise FlightError(f"interrupted; every chunk that was done is in {quoted(campaign.path)}; go on with: flight "
                               f"sweep {quoted(campaign.path)} --resume") from None
     wall_s = time.perf_counter() - began
-    found, (counted, failed), faults = summary(campaign), ends(campaign), fault_rows(campaign.rows())
+    found, (counted, failed), faults = summary(campaign), ends(campaign), faults_of(campaign)
     if figure is not None:
         if not faults:
             raise FlightError(f"--figure {figure}: {campaign.manifest.name} has no monitors, so there is no such table")
@@ -192,6 +194,21 @@ def _all(campaign, scenario, where, figure, as_json):
     next_command("flight", "report", campaign.path)
 
 
+@contextmanager
+def _one_interrupt():
+    """Hear Ctrl-C once: whoever presses it again waits, while what is under way ends and nothing of it is torn."""
+    usual = signal.getsignal(signal.SIGINT)
+
+    def heard(number, frame):
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        raise KeyboardInterrupt
+
+    if usual is signal.default_int_handler:
+        signal.signal(signal.SIGINT, heard)
+    yield
+    signal.signal(signal.SIGINT, usual)
+
+
 def _fault_table(rows):
     from rich.table import Table
     table = Table("fault", "runs", "active", "detected", "missed", "isolated", "wrong", "false alarm", "delay [s]",
@@ -209,10 +226,13 @@ def _counted(counter) -> str:
 
 def _table(name, found, runs, wall_s):
     from rich.table import Table
-    table = Table("metric", "least", "case", "median", "largest", "case", "none in", "no number in",
+    table = Table("metric", "least", "case", "median, or how often", "largest", "case", "none in", "no number in",
                   title=f"{name}: {runs} runs in {wall_s:.3g} s", title_justify="left")
     for metric, row in found.items():
-        cells = [number(row[key]) if key in row else "-"
-                 for key in ("least", "least_case", "median", "largest", "largest_case")]
+        if "counts" in row:
+            cells = ["", "", ", ".join(f"{value} {count}" for value, count in row["counts"].items()) or "-", "", ""]
+        else:
+            cells = [number(row[key]) if key in row else "-"
+                     for key in ("least", "least_case", "median", "largest", "largest_case")]
         add(table, metric, *cells, row["missing"] or "", row["not_a_number"] or "")
     return table
