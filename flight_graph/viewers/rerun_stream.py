@@ -71,11 +71,11 @@ class RerunStream:
     # -- what is in it ---------------------------------------------------------------------------------------------
     def begin(self, series: list[Series], target=(0.0, 0.0, 0.0)) -> None:
         """Send the blueprint, and what stands still. series: what will be plotted; target: see `blueprint`."""
+        self._recording.send_blueprint(blueprint(
+            self._rerun, Vehicle.of(self.name, self.scene, series), target))
         if self.scene is not None:
             at_start = self._time([self._begin_ns])
             rerun_scene.log_shapes(self._rerun, self._recording, self.scene, at_start)
-        self._recording.send_blueprint(blueprint(
-            self._rerun, Vehicle.of(self.name, self.scene, series), target))
 
     def show(self, bag: Bag) -> None:
         """A whole bag, with its arrangement."""
