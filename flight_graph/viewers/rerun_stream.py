@@ -1,5 +1,6 @@
 """Runs in Rerun: a moving 3-D picture with plots beside it, in its window, in a browser, or as an ``.rrd`` file."""
 
+import contextlib
 import os
 import sys
 import tempfile
@@ -134,13 +135,14 @@ class RerunStream:
         rows = np.arange(0, count, step)
         return rows if not count or rows[-1] == count - 1 else np.append(rows, count - 1)
 
-    def flush(self) -> None:
-        """Wait until all has gone out."""
-        self._recording.flush(timeout_sec=60.0)
+    def flush(self, seconds: float = 60.0) -> None:
+        """Wait until all has gone out, for so long at most [s]."""
+        self._recording.flush(timeout_sec=seconds)
 
-    def close(self) -> None:
+    def close(self, seconds: float = 60.0) -> None:
         """End the recording."""
-        self.flush()
+        with contextlib.suppress(RuntimeError, ValueError):  # a viewer that is gone takes nothing any more
+            self.flush(seconds)
         self._recording.disconnect()
 
 
