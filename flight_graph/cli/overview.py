@@ -7,7 +7,8 @@ from flight_graph.cli.show import add, console
 
 VEHICLES = {"cubli_ros": "rover", "spacerobot_ros": "space robot", "lander_ros": "lander"}
 SEVERAL = "several vehicles"
-RUN, SWEEP, FAULTS = "one run: flight run NAME", "many runs: flight sweep NAME", "faults: flight run NAME --case N, or flight sweep NAME"
+RUN, SWEEP = "one run: flight run NAME", "many runs: flight sweep NAME"
+FAULTS = "faults: flight run NAME --case N, or flight sweep NAME"
 PURPOSES = (RUN, SWEEP, FAULTS)
 
 

@@ -42,8 +42,8 @@ def report(
                                   "groups less this one.")] = None,
     pool: Annotated[bool, typer.Option("--pool", help="Put all combinations (variants, grid) together.")] = False,
     html: Annotated[Path | None, typer.Option(
-        metavar="FILE", help="The page: one HTML file that needs nothing else. Of bags: beside the first when left out.")] = None,
-    verify: Annotated[bool, typer.Option("--verify", help="Of bags: run each again, and say on the page what came.")] = False,
+        metavar="FILE", help="The page: one HTML file that needs nothing else. Of bags: beside the first.")] = None,
+    verify: Annotated[bool, typer.Option("--verify", help="Of bags: run each again; the page says what came.")] = False,
     show: Annotated[bool, typer.Option("--open", help="Of bags: open the page in a browser.")] = False,
     flights: Annotated[int, typer.Option(
         min=0, max=10_000, help="--html: cases that are run again for the lines over time; 0: none.")] = 100,
@@ -64,12 +64,12 @@ def report(
         report_bags(folders, html, verify, show, trust, as_json)
         return
     if len(folders) > 1 or verify or show:
-        raise FlightError(f"{' and '.join(map(str, folders))}: a campaign is reported by itself, without --verify and --open; "
-                          "--compare DIR sets another one beside it")
+        raise FlightError(f"{' and '.join(map(str, folders))}: a campaign is reported by itself, without --verify and "
+                          "--open; --compare DIR sets another one beside it")
     folder = folders[0]
     campaign = Campaign.at(folder)
     choices = reports.Choices(confidence, share, share_confidence, tuple(metrics or ()), pool)
-    asked = bool(sensitivity or worst or compare or between or html)
+    asked = bool(sensitivity or worst or compare or between is not None or html)
     if html is not None:
         _page(campaign, choices, html, flights, count, trust, as_json)
     with working(f"reading {folder}", not as_json):
@@ -77,7 +77,7 @@ def report(
         ranked = [reports.sensitivities(campaign, name, choices) for name in sensitivity or []]
         listed = [reports.worst(campaign, name, count, smallest, choices) for name in worst or []]
         compared = paired.compare(campaign, Campaign.at(compare), choices) if compare else None
-        beside = paired.between(campaign, between, choices) if between else None
+        beside = paired.between(campaign, between, choices) if between is not None else None
     if as_json:
         print(json.dumps(found | {"sensitivities": [entry for groups in ranked for entry in groups], "worst": listed,
                                   "comparison": compared, "between": beside, "page": str(html) if html else None}))
