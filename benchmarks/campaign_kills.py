@@ -62,17 +62,21 @@ def coordinators(folder: Path, kills: int, draw: random.Random) -> int:
 
 
 def workers(made, scenario, kills: int, draw: random.Random) -> int:
-    """Kill processes of a Dask cluster of three while they work on a chunk, spread over the campaign; returns how many. One
-    worker is left alive, since a process takes longer to start than some chunks to run."""
+    """Kill processes of a Dask cluster of three while they work on a chunk, spread over the campaign; returns how many. The
+    campaign waits until there are two again, or it would be over before so many have started."""
     import distributed
     steps, killed = deque(sorted(draw.uniform(0.05, 0.9) for _ in range(kills))), 0
     with distributed.LocalCluster(n_workers=3, threads_per_worker=1, dashboard_address=None, processes=True) as cluster:
         def kill(done, total):
             nonlocal killed
             known = cluster.scheduler.workers
+            if not steps or done < steps[0] * total:
+                return
+            while len(known) < 2:
+                time.sleep(0.1)
             busy = sorted(nanny.pid for nanny in list(cluster.workers.values())
                           if nanny.pid and nanny.worker_address in known and known[nanny.worker_address].processing)
-            if steps and done >= steps[0] * total and len(known) > 1 and busy:
+            if busy:
                 os.kill(draw.choice(busy), signal.SIGKILL)
                 killed += 1
                 steps.popleft()

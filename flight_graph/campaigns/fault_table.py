@@ -33,6 +33,11 @@ class FaultRow:
                 "by": dict(self.by), "modes": dict(self.modes)}
 
 
+def faults_of(campaign) -> list[FaultRow]:
+    """The table of a campaign (`flight_graph.campaigns.folder.Campaign`); [] where its runs have no faults, no monitors."""
+    return fault_rows(campaign.rows()) if "false_alarms" in campaign.schema().names else []
+
+
 def fault_rows(rows) -> list[FaultRow]:
     """The table of a campaign's rows, one line a variant (`vary.cases`); [] where its runs have no faults, no monitors.
 

@@ -12,6 +12,8 @@ from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
 from flight_graph.campaigns import code
 from flight_graph.campaigns.chunk import MOST_ROWS, write_durably
 from flight_graph.components.foreign import Consent
@@ -150,9 +152,37 @@ class Manifest:
             raise FlightError(f"{where} is damaged: it is not what was written (its sha256 differs)")
         data.pop("format")
         try:
-            return cls(**data)
-        except TypeError as error:
-            raise FlightError(f"{where}: this is no campaign of this program ({error})") from None
+            _Stored.model_validate(data)
+        except ValidationError as error:
+            wrong = error.errors()[0]
+            raise FlightError(f"{where}: this is no campaign of this program: {'.'.join(map(str, wrong['loc']))}: "
+                              f"{wrong['msg'].lower()}") from None
+        return cls(**data)
+
+
+class _Ended(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid")
+    runs: int = Field(ge=1, le=MOST_RUNS)
+    sentence: str
+
+
+class _Stored(BaseModel):
+    """What a file may hold that somebody else has written."""
+
+    model_config = ConfigDict(strict=True, extra="forbid")
+    name: str
+    scenario: dict
+    vary: dict
+    resolved: dict
+    code: dict[str, str]
+    chunk: int = Field(ge=1, le=MOST_ROWS)
+    runs: int = Field(ge=1, le=MOST_RUNS)
+    combinations: int = Field(ge=1, le=MOST_RUNS)
+    origin: str
+    folder: str
+    set_by_hand: dict | None
+    ended: _Ended | None
+    made_with: dict | None
 
 
 def checked_runs(scenario: Scenario, runs: int | None) -> int:

@@ -22,7 +22,7 @@ def vehicle(data: dict) -> str:
 
 def purpose(data: dict) -> str:
     """What a scenario is for."""
-    return FAULTS if data.get("faults") else SWEEP if data.get("vary") else RUN
+    return RUN if not data.get("vary") else FAULTS if data.get("faults") else SWEEP
 
 
 def show_all(components: bool, as_json: bool) -> None:

@@ -81,8 +81,8 @@ def _of_bags(bags, names, over, out, list_fields, window, vehicle, trust):
     path = style.check_format(out or beside(bags[0], f"-{vehicle}.png" if vehicle else ".png"))
     plain = not names and len(runs) == 1 and over is None and window == (None, None)
     if vehicle and not plain:
-        raise FlightError("--vehicle draws one bag as the vehicle's scenario says; of chosen fields and of several bags name "
-                          f"the vehicle's topics: /{vehicle}/...")
+        raise FlightError("--vehicle draws one bag as the vehicle's scenario says; of chosen fields and of several bags "
+                          f"name the vehicle's topics: /{vehicle}/...")
     if vehicle or (plain and runs[0].data.get("figure")):
         print(_as_the_scenario_says(runs[0].bag.path, trust, path, vehicle))
         return

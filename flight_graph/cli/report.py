@@ -69,7 +69,7 @@ def report(
     folder = folders[0]
     campaign = Campaign.at(folder)
     choices = reports.Choices(confidence, share, share_confidence, tuple(metrics or ()), pool)
-    asked = bool(sensitivity or worst or compare or between or html)
+    asked = bool(sensitivity or worst or compare or between is not None or html)
     if html is not None:
         _page(campaign, choices, html, flights, count, trust, as_json)
     with working(f"reading {folder}", not as_json):
@@ -77,7 +77,7 @@ def report(
         ranked = [reports.sensitivities(campaign, name, choices) for name in sensitivity or []]
         listed = [reports.worst(campaign, name, count, smallest, choices) for name in worst or []]
         compared = paired.compare(campaign, Campaign.at(compare), choices) if compare else None
-        beside = paired.between(campaign, between, choices) if between else None
+        beside = paired.between(campaign, between, choices) if between is not None else None
     if as_json:
         print(json.dumps(found | {"sensitivities": [entry for groups in ranked for entry in groups], "worst": listed,
                                   "comparison": compared, "between": beside, "page": str(html) if html else None}))

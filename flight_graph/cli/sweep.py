@@ -1,7 +1,9 @@
 """flight sweep: a campaign of many runs of a scenario, in a folder."""
 
 import json
+import signal
 import time
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -39,15 +41,21 @@ class Where:
         elif self.on is not None and not self.on.startswith(_DASK):
             raise FlightError(f"--on {self.on}: allowed: cuda, or dask:ADDRESS, such as dask:tcp://host:8786")
 
+    def batch(self, scenario):
+        """How runs of a chunk are advanced in this process; None: as it pays."""
+        if self.device is None:
+            return None
+        from flight_graph.campaigns.cases import Batch
+        from flight_graph.cuda.batch import OnDevice, width
+        return Batch(width(scenario), OnDevice(self.device).advance)
+
     def pool(self, manifest, scenario):
         """The pool of a campaign."""
         import os
 
         from flight_graph.campaigns import workers
         if self.on == _CUDA:
-            from flight_graph.campaigns.cases import Batch
-            from flight_graph.cuda.batch import OnDevice, width
-            return workers.Threads(manifest, scenario, 1, Batch(width(scenario), OnDevice(self.device).advance))
+            return workers.Threads(manifest, scenario, 1, self.batch(scenario))
         if self.on is not None:
             from flight_graph.campaigns.dask_workers import DaskWorkers
             return DaskWorkers(manifest, self.on.removeprefix(_DASK))
@@ -97,6 +105,8 @@ def sweep(
     from flight_graph import runs as one_run
     from flight_graph.campaigns import opening
     from flight_graph.sampling.specifications import Besides
+    if chunk is not None and (workers, processes, on) not in ((None, None, None), (None, None, _CUDA)):
+        raise FlightError("--chunk: chunks run in this process; of --workers, --processes and --on, --on cuda is allowed")
     where, consent = Where(workers, processes, on), asked(trust)
     if opening.is_folder(scenario):
         opening.refuse_what_is_fixed({
@@ -118,7 +128,7 @@ def sweep(
     if plan:
         _planned(campaign, as_json)
     elif chunk is not None:
-        _some(campaign, loaded, chunk, resume, as_json)
+        _some(campaign, loaded, chunk, resume, as_json, where)
     else:
         _all(campaign, loaded, where, figure, as_json)
 
@@ -134,9 +144,10 @@ def _planned(campaign, as_json):
     print(campaign.path)
 
 
-def _some(campaign, scenario, text, resume, as_json):
+def _some(campaign, scenario, text, resume, as_json, where):
     from flight_graph.campaigns import opening
-    done = opening.run_chunks(campaign, scenario, opening.chunk_numbers(text, campaign.manifest), resume, status)
+    numbers = opening.chunk_numbers(text, campaign.manifest)
+    done = opening.run_chunks(campaign, scenario, numbers, resume, status, where.batch(scenario))
     if as_json:
         print(json.dumps({"campaign": str(campaign.path), "chunks": done}))
         return
@@ -147,10 +158,10 @@ def _some(campaign, scenario, text, resume, as_json):
 def _all(campaign, scenario, where, figure, as_json):
     from flight_graph.bags.errors import quoted
     from flight_graph.campaigns import opening
-    from flight_graph.campaigns.fault_table import draw, fault_rows
+    from flight_graph.campaigns.fault_table import draw, faults_of
     from flight_graph.campaigns.summary import ends, summary
     began = time.perf_counter()
-    with steps(f"campaign of {campaign.manifest.name}", not as_json) as advance:
+    with steps(f"campaign of {campaign.manifest.name}", not as_json) as advance, _one_interrupt():
         try:
             campaign = opening.fill(campaign, scenario, where.pool,
                                     lambda done, total: advance(done, total, "runs"), status)
@@ -158,7 +169,7 @@ def _all(campaign, scenario, where, figure, as_json):
             raise FlightError(f"interrupted; every chunk that was done is in {quoted(campaign.path)}; go on with: flight "
                               f"sweep {quoted(campaign.path)} --resume") from None
     wall_s = time.perf_counter() - began
-    found, (counted, failed), faults = summary(campaign), ends(campaign), fault_rows(campaign.rows())
+    found, (counted, failed), faults = summary(campaign), ends(campaign), faults_of(campaign)
     if figure is not None:
         if not faults:
             raise FlightError(f"--figure {figure}: {campaign.manifest.name} has no monitors, so there is no such table")
@@ -183,6 +194,21 @@ def _all(campaign, scenario, where, figure, as_json):
     next_command("flight", "report", campaign.path)
 
 
+@contextmanager
+def _one_interrupt():
+    """Hear Ctrl-C once: whoever presses it again waits, while what is under way ends and nothing of it is torn."""
+    usual = signal.getsignal(signal.SIGINT)
+
+    def heard(number, frame):
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        raise KeyboardInterrupt
+
+    if usual is signal.default_int_handler:
+        signal.signal(signal.SIGINT, heard)
+    yield
+    signal.signal(signal.SIGINT, usual)
+
+
 def _fault_table(rows):
     from rich.table import Table
     table = Table("fault", "runs", "active", "detected", "missed", "isolated", "wrong", "false alarm", "delay [s]",
@@ -200,10 +226,13 @@ def _counted(counter) -> str:
 
 def _table(name, found, runs, wall_s):
     from rich.table import Table
-    table = Table("metric", "least", "case", "median", "largest", "case", "none in", "no number in",
+    table = Table("metric", "least", "case", "median, or how often", "largest", "case", "none in", "no number in",
                   title=f"{name}: {runs} runs in {wall_s:.3g} s", title_justify="left")
     for metric, row in found.items():
-        cells = [number(row[key]) if key in row else "-"
-                 for key in ("least", "least_case", "median", "largest", "largest_case")]
+        if "counts" in row:
+            cells = ["", "", ", ".join(f"{value} {count}" for value, count in row["counts"].items()) or "-", "", ""]
+        else:
+            cells = [number(row[key]) if key in row else "-"
+                     for key in ("least", "least_case", "median", "largest", "largest_case")]
         add(table, metric, *cells, row["missing"] or "", row["not_a_number"] or "")
     return table

@@ -28,7 +28,7 @@ def new_figure(width: float, height: float):
 
 
 def plain(text) -> str:
-    """A text as it stands: signs that mean mathematics to the drawing library, or steer a terminal, stand for themselves."""
+    """A text as it stands: signs that mean mathematics to the drawing library, or steer a terminal, are signs."""
     return "\n".join(printable(line) for line in str(text).split("\n")).replace("$", r"\$")
 
 

@@ -102,7 +102,7 @@ def all_metrics(about) -> list:
     share = 100.0 * about.choices.share
     head = ["metric", "unit", "meaning", "values", "none", "no number", "least", "case", *(
         f"{100.0 * one:g} %" for one in numbers.SHARES), "largest", "case",
-        f"{share:g} % are below"]
+        f"{share:.10g} % are below"]
     found = []
     for group in about.found["groups"]:
         rows = []

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from flight_graph.campaigns import report as numbers
-from flight_graph.campaigns.fault_table import fault_rows
+from flight_graph.campaigns.fault_table import faults_of
 from flight_graph.campaigns.folder import Campaign
 from flight_graph.campaigns.values import Values
 from flight_graph.components.foreign import Consent
@@ -94,16 +94,12 @@ def page(campaign: Campaign, choices: numbers.Choices, consent: Consent, flights
         Section("Landing", figures.landings(about)),
         Section("Over time", figures.funnels(about, flown, flights)),
         Section("Worst cases", figures.worst_cases(about, listed, flown)),
-        Section("Faults", figures.faults(fault_rows(campaign.rows()) if _has_faults(about) else [])),
+        Section("Faults", figures.faults(faults_of(campaign))),
     ]
     manifest = campaign.manifest
     return (f"{manifest.name}: {manifest.scenario.get('title', '')}",
             f"Campaign {campaign.path.name}: {about.found['rows']} runs",
             [section for section in sections if section.parts])
-
-
-def _has_faults(about) -> bool:
-    return "false_alarms" in about.values.columns
 
 
 def _flown(about: Subject, listed: list[dict], flights: int, jobs: int, progress) -> Flights:

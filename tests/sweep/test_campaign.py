@@ -1,6 +1,8 @@
 """Campaigns: the same table wherever and in whatever order it was made; what is damaged, foreign or unequal is said."""
 
 import errno
+import hashlib
+import json
 import os
 import random
 from dataclasses import replace
@@ -104,6 +106,7 @@ def test_what_is_missing_or_no_number_is_counted(tmp_path):
     assert found["sometimes"]["least"] == found["sometimes"]["largest"] == 1.0
     assert (found["unbounded"]["missing"], found["unbounded"]["not_a_number"]) == (0, 1)
     assert (found["always"]["least_case"], found["always"]["median"], found["always"]["largest_case"]) == (0, 55.5, 11)
+    assert found["flag"]["counts"] == {"yes": 6, "no": 6} and found["flag"]["missing"] == 0
     assert ends(campaign) == ({"ok": 12}, [])
 
 
@@ -159,6 +162,17 @@ def test_a_manifest_that_was_changed_is_refused(whole, tmp_path):
     file.write_text(file.read_text().replace('"runs": 12', '"runs": 13', 1))
     with pytest.raises(FlightError, match="damaged: it is not what was written"):
         Campaign.at(campaign.path)
+
+
+@pytest.mark.parametrize(("field", "value"), [
+    ("runs", "12"), ("runs", 10**15), ("chunk", 0), ("ended", {"runs": -3}), ("vary", [1]), ("code", {"driver": 1}), ("more", 1)])
+def test_a_manifest_of_a_stranger_holds_what_it_may(whole, tmp_path, field, value):
+    data = json.loads((whole.path / "campaign.json").read_text()) | {field: value}
+    data.pop("sha256")
+    data["sha256"] = hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
+    (tmp_path / "campaign.json").write_text(json.dumps(data))
+    with pytest.raises(FlightError, match=f"no campaign of this program: {field}"):
+        Campaign.at(tmp_path)
 
 
 def test_what_killed_processes_left_is_taken_away(tmp_path):

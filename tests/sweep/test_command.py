@@ -73,7 +73,7 @@ def test_varied_by_the_command_line(file, tmp_path):
     (["sweep", "FILE", "--chunk", "1"], "name the folder of a campaign"),
     (["sweep", "FILE", "--chunk-size", "0"], "--chunk-size 0: allowed: 1 to"),
     (["sweep", "FILE", "--workers", "2", "--processes", "2"], "--workers and --processes: allowed: one of them"),
-    (["sweep", "FILE", "--on", "slurm"], "--on slurm: allowed: dask:ADDRESS"),
+    (["sweep", "FILE", "--on", "slurm"], "--on slurm: allowed: cuda, or dask:ADDRESS"),
     (["sweep", "FILE", "--vary", "plant.inertai=1,2"], "did you mean 'inertia'"),
     (["sweep", "FILE", "--vary", "plant.inertia=gamma:1,2"], "no distribution 'gamma'"),
     (["sweep", "CAMPAIGN"], "is a campaign already"),
