@@ -1,12 +1,14 @@
 """The services of simulation_interfaces, where that package is installed (the wheels of ROS 2 do not have it)."""
 
 import math
+import os
+import sys
 
 import pytest
 from rclpy.action import ActionClient
 
 from flight_graph.ros import simulation as control
-from tests.ros.processes import running
+from tests.ros.processes import ROOT, running
 
 pytest.importorskip("simulation_interfaces")
 
@@ -37,7 +39,7 @@ def test_the_lander_is_driven_by_the_standard(tmp_path, operator):  # noqa: F811
         return found.result().result.result.result
 
     with running("run", "lander_nominal", "--engine", "ros", "--control", "--out", tmp_path / "bag", cwd=tmp_path,
-                 ROS_DOMAIN_ID=str(DOMAIN)) as process:
+                 ROS_DOMAIN_ID=str(DOMAIN), PYTHONPATH=os.pathsep.join([str(ROOT), *sys.path])) as process:  # where the package is
         features = call(srv.GetSimulatorFeatures, "get_simulator_features").features.features
         assert {msg.SimulatorFeatures.SIMULATION_RESET, msg.SimulatorFeatures.STEP_SIMULATION_ACTION} <= {*features}
         assert set_state(control.STOPPED) == srv.SetSimulationState.Response.ALREADY_IN_TARGET_STATE
