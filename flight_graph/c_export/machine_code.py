@@ -104,8 +104,8 @@ def _for_any_processor(text: str) -> str:
 
 def _emit(text: str, target: Target, component, part) -> bytes:
     if target.address_bits != 64 and (line := _SIZE_OF_ADDRESS.search(text)):
-        raise FlightError(f"{component.__name__}.{part}: it counts with addresses of 64 bits ({line[0].strip()[:80]}), so there "
-                          f"is no code of it for {target.triple}")
+        raise FlightError(f"{component.__name__}.{part}: it counts with addresses of 64 bits ({line[0].strip()[:80]}), so "
+                          f"there is no code of it for {target.triple}")
     if target.address_bits != 64:
         text = _ADDRESS_ON_STACK.sub(lambda found: re.sub(r"\bptr\b", "i64", found[0]), text)
     module, machine = for_target(text, target)
