@@ -1,7 +1,7 @@
 """The pictures of docs/campaigns.md, from the figures of a campaign's report. Needs a browser (chromium).
 
-    flight sweep examples/campaigns/lander_landings.yaml --workers 1 --out landings           # each half an hour of CPU
-    flight sweep examples/campaigns/rover_first_seconds.yaml --workers 1 --out seconds
+    flight sweep examples/campaigns/lander_landings.yaml --workers 1 --out landings           # CPU: half an hour
+    flight sweep examples/campaigns/rover_first_seconds.yaml --workers 1 --out seconds --chunk-size 10000
     python benchmarks/campaign_pictures.py landings docs/images/landings.png --metric lateral_m \\
         --shown Dispersion:1 Landing:1
     python benchmarks/campaign_pictures.py seconds docs/images/first_seconds.png --metric normal_force_least \\

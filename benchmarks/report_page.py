@@ -64,9 +64,10 @@ def _of_a_bag(folder: Path, pictures: Path | None) -> None:
     with Browser(path) as browser:
         browser.wait("document.querySelector('[data-drawn=yes]') !== null")
         opened = browser.run("drawnAt")
-        print(f"first figures drawn {opened / 1000.0:.2f} s after the navigation began\n")
-        if pictures:
-            photograph(path, pictures / "bag_report.png", BAG_SIZE)
+        print(f"first figures drawn {opened / 1000.0:.2f} s after the navigation began; its thread took "
+              f"{browser.busy_s:.2f} s of CPU\n")
+    if pictures:
+        photograph(path, pictures / "bag_report.png", BAG_SIZE)
 
 
 def photograph(path: Path, picture: Path, size: tuple[int, int]) -> None:

@@ -25,11 +25,16 @@ from urllib.parse import quote
 
 from websockets.sync.client import connect
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from flight_graph.viewers.rerun_page import RerunPage
+
 ROOT = Path(__file__).resolve().parents[1]
 FLIGHT = Path(sys.executable).with_name("flight")
 SCENARIOS = {"cubli_asteroid": 20.0, "spacerobot_harmonic": 10.0, "lander_nominal": 300.0}  # and the seconds that are flown
 SIZE = (1400, 880)  # [px]
 PATIENCE_S = 120.0
+WAIT_S = 75.0  # [s] a viewer without a graphics processor takes to draw
 PLACEHOLDER = "/*LICHTBLICK_SUITE_DEFAULT_LAYOUT_PLACEHOLDER*/"
 
 
@@ -66,14 +71,10 @@ class Browser:
             raise SystemExit(f"the browser does not {method}: {said['error']}")
         return said["result"]
 
-    def photograph(self, address: str, path: Path, seconds: float, clicks=()) -> None:
-        """Open an address, let it draw for some seconds, press keys on the way, and write what it shows."""
+    def photograph(self, address: str, path: Path, seconds: float) -> None:
+        """Open an address, let it draw for some seconds, and write what it shows."""
         self.ask("Page.navigate", url=address)
         time.sleep(seconds)
-        for x, y in clicks:
-            for kind in ("mousePressed", "mouseReleased"):
-                self.ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
-            time.sleep(3.0)
         path.write_bytes(base64.b64decode(self.ask("Page.captureScreenshot", format="png")["data"]))
         print(path)
 
@@ -97,33 +98,50 @@ def started(*arguments: str):
         process.wait(20.0)
 
 
-def rerun(browser: Browser, bags: dict[str, Path], out: Path) -> None:
-    """Each vehicle in Rerun's web viewer."""
-    for number, (name, bag) in enumerate(bags.items()):
-        with started("view", str(bag), "--web", "--port", str(9190 + number)) as address:
-            browser.photograph(address, out / f"rerun_{name}.png", 40.0)
-            browser.ask("Page.navigate", url="about:blank")
+@contextlib.contextmanager
+def site(folder: Path):
+    """A folder served as a page of this machine; its address."""
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(_Quiet, directory=str(folder))) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}"
+        server.shutdown()
+
+
+def rerun(browser: Browser, bags: dict[str, Path], out: Path, work: Path) -> None:
+    """Each vehicle in Rerun's web viewer, from the recording that `flight view --save` writes."""
+    page = RerunPage("127.0.0.1", 9190, "this script")
+    viewer = page.address.partition("?")[0]
+    try:
+        with site(work) as files:
+            for name, bag in bags.items():
+                subprocess.run([FLIGHT, "view", bag, "--save", work / f"{name}.rrd", "--points", "2000"], check=True,
+                               stdout=subprocess.DEVNULL)
+                recording = quote(f"{files}/{name}.rrd", safe="")
+                browser.photograph(f"{viewer}?url={recording}", out / f"rerun_{name}.png", WAIT_S)
+                browser.ask("Page.navigate", url="about:blank")
+    finally:
+        page.close()
 
 
 def lichtblick(browser: Browser, bags: dict[str, Path], build: Path, out: Path, work: Path) -> None:
     """Each vehicle in Lichtblick, live from `flight serve`, in the layout that ships."""
     for number, (name, bag) in enumerate(bags.items()):
         layout = subprocess.run([FLIGHT, "layout", name, "--for", "lichtblick"], check=True, capture_output=True, text=True)
-        site = work / f"lichtblick_{name}"
-        shutil.copytree(build, site)
-        page = site / "index.html"
+        folder = work / f"lichtblick_{name}"
+        shutil.copytree(build, folder)
+        page = folder / "index.html"
         page.write_text(page.read_text(encoding="utf-8").replace(PLACEHOLDER, layout.stdout), encoding="utf-8")
-        handler = functools.partial(_Quiet, directory=str(site))
-        with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
-            threading.Thread(target=server.serve_forever, daemon=True).start()
-            with started("serve", str(bag), "--port", str(9290 + number), "--loop") as address:
-                browser.photograph(f"http://127.0.0.1:{server.server_port}/?ds=foxglove-websocket&ds.url={quote(address)}",
-                                   out / f"lichtblick_{name}.png", 40.0)
-                browser.ask("Page.navigate", url="about:blank")
-            server.shutdown()
+        with site(folder) as pages, started("serve", str(bag), "--port", str(9290 + number), "--loop") as address:
+            browser.photograph(f"{pages}/?ds=foxglove-websocket&ds.url={quote(address)}", out / f"lichtblick_{name}.png",
+                               WAIT_S)
+            browser.ask("Page.navigate", url="about:blank")
 
 
 class _Quiet(http.server.SimpleHTTPRequestHandler):
+    def end_headers(self):
+        self.send_header("Access-Control-Allow-Origin", "*")  # the viewer is a page of another port
+        super().end_headers()
+
     def log_message(self, *_):
         pass
 
@@ -145,7 +163,7 @@ def main() -> None:
         browser = Browser(work / "profile")
         try:
             if options.only != "lichtblick":
-                rerun(browser, bags, options.out)
+                rerun(browser, bags, options.out, work)
             if options.lichtblick and options.only != "rerun":
                 lichtblick(browser, bags, options.lichtblick, options.out, work)
         finally:

@@ -157,8 +157,10 @@ def _live(scenario, folder, engine, factor, progress, compiling, check_bounds, b
     stream.flush()
     if source.stop:
         raise source.stop
-    return Outcome(folder, engine, pace_text("realtime", factor), time.perf_counter() - compiled, compiled - began,
-                   metrics.compute(scenario, source.recording()))
+    recording = source.recording()
+    found = metrics.compute(scenario, recording)
+    return Outcome(folder, engine, pace_text("realtime", factor), time.perf_counter() - compiled, compiled - began, found,
+                   alarms=alarms(glossary.of(scenario), found, scenario, recording))
 
 
 def _ros(scenario, folder, pace, factor, progress, compiling, check_bounds, tell, begin, controlled, live):

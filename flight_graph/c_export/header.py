@@ -9,7 +9,8 @@ from flight_graph.engines.schedule import stamp_offset
 
 _C = {"f8": "double", "f4": "float", "i8": "int64_t", "i4": "int32_t", "u4": "uint32_t", "u8": "uint64_t", "i2": "int16_t",
       "u2": "uint16_t", "i1": "int8_t", "u1": "uint8_t", "b1": "uint8_t"}
-_CONVENTIONS = """ * Little-endian processors of {bits} bits. Nothing here allocates, keeps global state or calls the operating
+_CONVENTIONS = """\
+ * Little-endian processors of {bits} bits. Nothing here allocates, keeps global state or calls the operating
  * system. t_ns counts from the start of the run, in steps of {macro}_PERIOD_NS. Before each call of kernel or output,
  * stamp the outputs ({name}_stamp). Inputs that have not come are blank ({name}_blank_<input>). state.fault != 0: the
  * component has stopped."""

@@ -101,8 +101,8 @@ def _for_any_processor(text: str) -> str:
 
 def _emit(text: str, target: Target, component, part) -> bytes:
     if target.address_bits != 64 and (line := _ADDRESS_IN_MEMORY.search(text)):
-        raise FlightError(f"{component.__name__}.{part}: it keeps an address of 64 bits ({line[0].strip()[:80]}), so there is "
-                          f"no code of it for {target.triple}")
+        raise FlightError(f"{component.__name__}.{part}: it keeps an address of 64 bits ({line[0].strip()[:80]}), so there "
+                          f"is no code of it for {target.triple}")
     module, machine = for_target(text, target)
     return machine.emit_object(module)
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import numba
 
 from flight_graph.campaigns import coordinator
+from flight_graph.campaigns.cases import Batch
 from flight_graph.campaigns.folder import Campaign
 from flight_graph.campaigns.manifest import FILE, Manifest, checked_runs
 from flight_graph.campaigns.run import ChunkRunner
@@ -136,9 +137,10 @@ def chunk_numbers(text: str, manifest: Manifest) -> list[int]:
     return list(range(first, last + 1))
 
 
-def run_chunks(campaign: Campaign, scenario: Scenario, numbers: list[int], resume: bool, tell) -> list[dict]:
+def run_chunks(campaign: Campaign, scenario: Scenario, numbers: list[int], resume: bool, tell,
+               batch: Batch | None = None) -> list[dict]:
     """Run chunks in this process, for a job array: one that is there is run again and must be equal, or, with ``resume``,
-    left as it is. Returns of each its number, its part and what came of it. Raises FlightError.
+    left as it is. Returns of each its number, its part and what came of it. batch: as of `ChunkRunner`. Raises FlightError.
     """
     runner, done = None, []
     for number in numbers:
@@ -156,7 +158,7 @@ def run_chunks(campaign: Campaign, scenario: Scenario, numbers: list[int], resum
         except coordinator.Damaged as error:
             coordinator.put_aside(campaign, number)
             tell(f"{error}; its cases are run again")
-        runner = runner or ChunkRunner(campaign.manifest, scenario)
+        runner = runner or ChunkRunner(campaign.manifest, scenario, batch=batch)
         coordinator.publish(campaign, number, runner.part(number, earlier=earlier), tell)
         done.append({"chunk": number, "part": str(path), "outcome": outcome})
     return done

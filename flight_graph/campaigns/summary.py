@@ -19,8 +19,9 @@ _WORDS = {True: "yes", False: "no"}
 
 
 def summary(campaign: Campaign) -> dict[str, dict]:
-    """Metric -> least, median and largest value, the cases of the ends; of words, and of yes and no, ``counts``; ``missing``
-    (runs that ended well and have none) and ``not_a_number`` (NaN or infinity). Runs that did not end well are not counted.
+    """Metric -> least, median and largest value, the cases of the ends; of words, and of yes and no, ``counts``;
+    ``missing`` (runs that ended well and have none) and ``not_a_number`` (NaN or infinity). Runs that did not end well are
+    counted nowhere here.
     """
     metrics = [column for column in campaign.columns() if column.kind == "metric"]
     at_once = max(1, COLUMN_BYTES // (8 * max(1, campaign.manifest.rows)))

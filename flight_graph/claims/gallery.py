@@ -92,7 +92,8 @@ def _table(claims):
         quotes = "".join(f'<br>"{_cell(quote)}"' for quote in claim.quotes)
         verdict = MARKS[claim.expect] + (f"; with estimated state: {claim.estimated_expect or claim.expect}"
                                          if claim.estimated else "")
-        yield f"| `{claim.id}` | {SAID[claim.statement]} | {_cell(claim.says)}{quotes} | {verdict} | {_cell(claim.because)} |"
+        yield (f"| `{claim.id}` | {SAID[claim.statement]} | {_cell(claim.says)}{quotes} | {verdict} | "
+               f"{_cell(claim.because)} |")
 
 
 def _cell(text) -> str:

@@ -5,7 +5,7 @@ import webbrowser
 from pathlib import Path
 
 from flight_graph.cli.show import status, steps
-from flight_graph.cli.trust import asked
+from flight_graph.cli.trust import asked, once
 from flight_graph.errors import FlightError
 
 
@@ -16,7 +16,7 @@ def report_bags(bags: list[Path], html: Path | None, verify: bool, show: bool, t
     from flight_graph.reports import bag_figures, bag_page, page
     if len(bags) > bag_page.MOST_BAGS:
         raise FlightError(f"{len(bags)} bags are too many for one page; allowed: {bag_page.MOST_BAGS} on one axis")
-    consent, names, runs = asked(trust), run_names(bags), []
+    consent, names, runs = once(asked(trust)), run_names(bags), []
     path = html or beside(bags[0], ".html" if len(bags) == 1 else "_compared.html", "--html")
     with steps("report", not as_json) as advance:
         for bag, name in zip(bags, names):

@@ -20,7 +20,7 @@ def export_c(
     use: Annotated[str, typer.Argument(metavar="COMPONENT", help="package/executable, or file.py:Class.")],
     out: Annotated[Path, typer.Option(help="Folder for the C files (a new one).")],
     target: Annotated[str, typer.Option(
-        help="host, x86_64, aarch64, riscv64, armv7 (hard float): a static library; ir: LLVM's intermediate code.")] = "host",
+        help="host, x86_64, aarch64, riscv64, armv7 (hard float): a static library; ir: LLVM's code.")] = "host",
     bag: Annotated[Path | None, typer.Option(
         help="A recorded run: its parameters are taken, and its inputs written for the example program.")] = None,
     component: Annotated[str | None, typer.Option(

@@ -7,7 +7,8 @@ from flight_graph.cli.show import add, console
 
 VEHICLES = {"cubli_ros": "rover", "spacerobot_ros": "space robot", "lander_ros": "lander"}
 SEVERAL = "several vehicles"
-RUN, SWEEP, FAULTS = "one run: flight run NAME", "many runs: flight sweep NAME", "faults: flight run NAME --case N, or flight sweep NAME"
+RUN, SWEEP = "one run: flight run NAME", "many runs: flight sweep NAME"
+FAULTS = "faults: flight run NAME --case N, or flight sweep NAME"
 PURPOSES = (RUN, SWEEP, FAULTS)
 
 
@@ -21,7 +22,7 @@ def vehicle(data: dict) -> str:
 
 def purpose(data: dict) -> str:
     """What a scenario is for."""
-    return FAULTS if data.get("faults") else SWEEP if data.get("vary") else RUN
+    return RUN if not data.get("vary") else FAULTS if data.get("faults") else SWEEP
 
 
 def show_all(components: bool, as_json: bool) -> None:

@@ -27,10 +27,10 @@ def plot(
     out: Annotated[Path | None, typer.Option(
         help="The picture to write (.png, .svg or .pdf); beside the first bag when left out.")] = None,
     over: Annotated[str | None, typer.Option(
-        metavar="FIELD", help="What stands on the horizontal axis in place of time; of campaigns what was varied, in place of "
-        "how often a value came.")] = None,
-    begin: Annotated[float | None, typer.Option("--from", metavar="SECONDS", help="Of bags: draw from this time on.")] = None,
-    end: Annotated[float | None, typer.Option("--until", metavar="SECONDS", help="Of bags: draw until this time.")] = None,
+        metavar="FIELD", help="What stands on the horizontal axis in place of time; of campaigns what was varied, in place "
+        "of how often a value came.")] = None,
+    begin: Annotated[float | None, typer.Option("--from", metavar="SECONDS", help="Of bags: from this time on.")] = None,
+    end: Annotated[float | None, typer.Option("--until", metavar="SECONDS", help="Of bags: until this time.")] = None,
     fields: Annotated[bool, typer.Option("--fields", help="List what can be plotted, and draw nothing.")] = False,
     vehicle: Annotated[str | None, typer.Option(help="Of a graph of several, the one that is drawn: rover_a.")] = None,
     trust: Trust = False,
@@ -57,8 +57,8 @@ def _sorted(what: list[str]) -> tuple[list[Path], list[str]]:
     if count == 0:
         raise FlightError(f"there is no bag at '{what[0]}', and no campaign")
     if late := [word for word in what[count:] if os.path.lexists(word) and not word.startswith("/")]:
-        raise FlightError(f"'{late[0]}' is a file behind a field ('{what[count]}'), or '{what[count]}' is a bag that is not there; "
-                          "name bags first, then fields")
+        raise FlightError(f"'{late[0]}' is a file behind a field ('{what[count]}'), or '{what[count]}' is a bag that is "
+                          "not there; name bags first, then fields")
     if count > MOST_SOURCES:
         raise FlightError(f"{count} bags are too many for one picture; allowed: {MOST_SOURCES}")
     return [Path(word) for word in what[:count]], what[count:]
@@ -72,14 +72,17 @@ def _of_bags(bags, names, over, out, list_fields, window, vehicle, trust):
     with working(f"reading {', '.join(map(str, bags))}", True):
         runs = [BagLines(bag, name) for bag, name in zip(bags, run_names(bags))]
     tell_unchecked(*(run.bag for run in runs))
+    for run in runs:
+        if run.odd_scenario:
+            status(run.odd_scenario)
     if list_fields:
         _list(runs)
         return
     path = style.check_format(out or beside(bags[0], f"-{vehicle}.png" if vehicle else ".png"))
     plain = not names and len(runs) == 1 and over is None and window == (None, None)
     if vehicle and not plain:
-        raise FlightError("--vehicle draws one bag as the vehicle's scenario says; of chosen fields and of several bags name "
-                          f"the vehicle's topics: /{vehicle}/...")
+        raise FlightError("--vehicle draws one bag as the vehicle's scenario says; of chosen fields and of several bags "
+                          f"name the vehicle's topics: /{vehicle}/...")
     if vehicle or (plain and runs[0].data.get("figure")):
         print(_as_the_scenario_says(runs[0].bag.path, trust, path, vehicle))
         return
@@ -138,7 +141,8 @@ def _list(runs):
             for quantity in run.quantities(topic):
                 lines = list(quantity.lines)
                 more = f"{lines[0]} to {lines[-1]}" if len(lines) > 1 else ""
-                add(table, f"{topic}.{quantity.name}", quantity.unit, f"{more}{' (constant)' if quantity.is_constant else ''}")
+                more += " (constant)" if quantity.is_constant else ""
+                add(table, f"{topic}.{quantity.name}", quantity.unit, more)
         console.print(table)
         for topic, why in run.problems.items():
             status(f"not read: {topic}: {why}")

@@ -42,8 +42,8 @@ def report(
                                   "groups less this one.")] = None,
     pool: Annotated[bool, typer.Option("--pool", help="Put all combinations (variants, grid) together.")] = False,
     html: Annotated[Path | None, typer.Option(
-        metavar="FILE", help="The page: one HTML file that needs nothing else. Of bags: beside the first when left out.")] = None,
-    verify: Annotated[bool, typer.Option("--verify", help="Of bags: run each again, and say on the page what came.")] = False,
+        metavar="FILE", help="The page: one HTML file that needs nothing else. Of bags: beside the first.")] = None,
+    verify: Annotated[bool, typer.Option("--verify", help="Of bags: run each again; the page says what came.")] = False,
     show: Annotated[bool, typer.Option("--open", help="Of bags: open the page in a browser.")] = False,
     flights: Annotated[int, typer.Option(
         min=0, max=10_000, help="--html: cases that are run again for the lines over time; 0: none.")] = 100,
@@ -64,8 +64,8 @@ def report(
         report_bags(folders, html, verify, show, trust, as_json)
         return
     if len(folders) > 1 or verify or show:
-        raise FlightError(f"{' and '.join(map(str, folders))}: a campaign is reported by itself, without --verify and --open; "
-                          "--compare DIR sets another one beside it")
+        raise FlightError(f"{' and '.join(map(str, folders))}: a campaign is reported by itself, without --verify and "
+                          "--open; --compare DIR sets another one beside it")
     folder = folders[0]
     campaign = Campaign.at(folder)
     choices = reports.Choices(confidence, share, share_confidence, tuple(metrics or ()), pool)

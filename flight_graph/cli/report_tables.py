@@ -16,7 +16,8 @@ def overview_tables(found: dict):
     if found["ended"]:
         yield found["ended"]["sentence"]
     groups = found["groups"]
-    level, bound = f"{100 * found['confidence']:g} %", f"{100 * found['share']:.10g} % / {100 * found['share_confidence']:g} %"
+    level = f"{100 * found['confidence']:g} %"
+    bound = f"{100 * found['share']:.10g} % / {100 * found['share_confidence']:g} %"
     rows = [(_of(group), _named(one), one["successes"], one["runs"], _short(one["rate"]), _short(one["low"]),
              _short(one["high"]), one["without"] or "") for group in groups for one in group["rates"]]
     yield from _table(rows, f"rates, with {level} intervals (Clopper-Pearson)",

@@ -47,7 +47,7 @@ def list_(
     trust: Trust = False,
     as_json: Json = False,
 ) -> None:
-    """List scenarios by vehicle and purpose, or components; or show one scenario: rates, topics, connections, parameters."""
+    """List scenarios by vehicle and purpose, or components; or show one: rates, topics, connections, parameters."""
     if scenario and topics:
         show_topics(scenario, asked(trust), as_json)
         return

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from rich.console import Console, Group
 from rich.measure import Measurement
 from rich.padding import Padding
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
@@ -142,11 +142,13 @@ def without_bar():
 
 @contextmanager
 def working(text: str, wanted: bool):
-    """A turning wheel on standard error while something takes its time."""
+    """A turning wheel on standard error, with the time it takes, while something goes on whose end nobody can tell."""
     if not (wanted and _errors.is_terminal):
         yield
         return
-    with _errors.status(text):
+    with Progress(SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn(), console=_errors,
+                  transient=True) as bar:
+        bar.add_task(printable(text), total=None)
         yield
 
 

@@ -41,15 +41,21 @@ class Where:
         elif self.on is not None and not self.on.startswith(_DASK):
             raise FlightError(f"--on {self.on}: allowed: cuda, or dask:ADDRESS, such as dask:tcp://host:8786")
 
+    def batch(self, scenario):
+        """How runs of a chunk are advanced in this process; None: as it pays."""
+        if self.device is None:
+            return None
+        from flight_graph.campaigns.cases import Batch
+        from flight_graph.cuda.batch import OnDevice, width
+        return Batch(width(scenario), OnDevice(self.device).advance)
+
     def pool(self, manifest, scenario):
         """The pool of a campaign."""
         import os
 
         from flight_graph.campaigns import workers
         if self.on == _CUDA:
-            from flight_graph.campaigns.cases import Batch
-            from flight_graph.cuda.batch import OnDevice, width
-            return workers.Threads(manifest, scenario, 1, Batch(width(scenario), OnDevice(self.device).advance))
+            return workers.Threads(manifest, scenario, 1, self.batch(scenario))
         if self.on is not None:
             from flight_graph.campaigns.dask_workers import DaskWorkers
             return DaskWorkers(manifest, self.on.removeprefix(_DASK))
@@ -99,6 +105,8 @@ def sweep(
     from flight_graph import runs as one_run
     from flight_graph.campaigns import opening
     from flight_graph.sampling.specifications import Besides
+    if chunk is not None and (workers, processes, on) not in ((None, None, None), (None, None, _CUDA)):
+        raise FlightError("--chunk: chunks run in this process; of --workers, --processes and --on, --on cuda is allowed")
     where, consent = Where(workers, processes, on), asked(trust)
     if opening.is_folder(scenario):
         opening.refuse_what_is_fixed({
@@ -120,7 +128,7 @@ def sweep(
     if plan:
         _planned(campaign, as_json)
     elif chunk is not None:
-        _some(campaign, loaded, chunk, resume, as_json)
+        _some(campaign, loaded, chunk, resume, as_json, where)
     else:
         _all(campaign, loaded, where, figure, as_json)
 
@@ -136,9 +144,10 @@ def _planned(campaign, as_json):
     print(campaign.path)
 
 
-def _some(campaign, scenario, text, resume, as_json):
+def _some(campaign, scenario, text, resume, as_json, where):
     from flight_graph.campaigns import opening
-    done = opening.run_chunks(campaign, scenario, opening.chunk_numbers(text, campaign.manifest), resume, status)
+    numbers = opening.chunk_numbers(text, campaign.manifest)
+    done = opening.run_chunks(campaign, scenario, numbers, resume, status, where.batch(scenario))
     if as_json:
         print(json.dumps({"campaign": str(campaign.path), "chunks": done}))
         return

@@ -20,6 +20,26 @@ def asked(trust: bool):
     return _ask if sys.stdin.isatty() and sys.stderr.isatty() else refuse
 
 
+def once(consent):
+    """A consent that asks about each piece of code once, and keeps to the answer."""
+    from flight_graph.components.foreign import Untrusted, refuse
+    answers = {}
+
+    def remembered(where, found):
+        news = [code for code in found if answers.get(code) is None]
+        if any(answers.get(code) is False for code in found):
+            refuse(where, found)
+        if not news:
+            return
+        try:
+            consent(where, news)
+        except Untrusted:
+            answers.update(dict.fromkeys(news, False))
+            raise
+        answers.update(dict.fromkeys(news, True))
+    return remembered
+
+
 def _ask(where, found) -> None:
     """Show what would run, and ask. Raises Untrusted."""
     from flight_graph.components.foreign import refuse

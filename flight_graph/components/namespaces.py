@@ -3,9 +3,9 @@
     namespaces.within(CubliPlant, "rover_a")      # publishes rover_a/cubli/truth, in the frame rover_a/cubli_base
 
 In a scenario it is called ``USE@NAMESPACE``, as ``sim_nodes/cubli_plant@rover_a``. Topics that all nodes share by
-convention (``/diagnostics``, ``/tf``, ``/tf_static``) stay what they are; what travels there names its sender and its
-frames in full. The kernels are the same ones; the layout of messages is not (a frame's name is part of it), so their
-machine code is made for each length of a namespace.
+convention (``/diagnostics``, ``/tf``, ``/tf_static``) stay what they are, and so does the frame ``map``; what travels
+there names its sender and its frames in full. The kernels are the same ones; the layout of messages is not (a frame's
+name is part of it), so their machine code is made for each length of a namespace.
 """
 
 from dataclasses import replace
@@ -16,6 +16,7 @@ from flight_graph.components.component import Component, Formatted
 from msg_schemas.signal import Signal
 
 SHARED = ("diagnostics", "tf", "tf_static")  # topics that many nodes publish by convention
+MAP = "map"  # the frame that all vehicles share
 
 
 def within(component: type[Component], namespace: str) -> type[Component]:
@@ -56,12 +57,14 @@ def _within(component, namespace):
 @cache
 def signal_within(signal: Signal, namespace: str) -> Signal:
     """A signal as it is inside a namespace."""
-    fixed = {path: _frame(value, namespace) if path.endswith("frame_id") else value for path, value in signal.fixed.items()}
+    fixed = {path: frame_within(value, namespace) if path.endswith("frame_id") else value
+             for path, value in signal.fixed.items()}
     return replace(signal, topic=topic_within(signal.topic, namespace), fixed=fixed)
 
 
-def _frame(name, namespace):
-    return f"{names.ros(namespace)}/{name}" if name else name
+def frame_within(name: str, namespace: str) -> str:
+    """A frame as it is inside a namespace; `MAP` is one for all, and no frame is none."""
+    return f"{names.ros(namespace)}/{name}" if namespace and name and name != MAP else name
 
 
 def _formatted(made: Formatted, namespace: str) -> Formatted:
@@ -81,7 +84,7 @@ def _name_in_full(message, namespace):
     for name in getattr(message, "__dataclass_fields__", ()):
         value = getattr(message, name)
         if name.endswith("frame_id") and isinstance(value, str):
-            setattr(message, name, _frame(value, namespace))
+            setattr(message, name, frame_within(value, namespace))
         elif isinstance(value, list):
             for part in value:
                 _name_in_full(part, namespace)

@@ -70,18 +70,20 @@ class OnDevice:
         at, log_at = self.device.address(memory), self.device.address(log_memory)
         for number, (row, one) in enumerate(zip(rows, packed)):
             one.write(row[:one.size], logs[number], at + number * stride, log_at + number * log_stride)
-        self.device.fill(memory, rows)
-        self.device.fill(log_memory, logs)
-        reached = flights[0].tick
-        while reached < ticks:
-            reached = min(ticks, reached + CHUNK)
-            self.device.fly(code, at, stride, len(packed), reached)
-            if watch:
-                watch()
-        self.device.take(memory, rows)
-        self.device.take(log_memory, logs)
-        for one in (memory, log_memory):
-            self.device.free(one)
+        try:
+            self.device.fill(memory, rows)
+            self.device.fill(log_memory, logs)
+            reached = flights[0].tick
+            while reached < ticks:
+                reached = min(ticks, reached + CHUNK)
+                self.device.fly(code, at, stride, len(packed), reached)
+                if watch:
+                    watch()
+            self.device.take(memory, rows)
+            self.device.take(log_memory, logs)
+        finally:
+            for one in (memory, log_memory):
+                self.device.free(one)
         for number, (flight, one) in enumerate(zip(flights, packed)):
             one.read(flight, rows[number][:one.size], logs[number], log_at + number * log_stride)
 

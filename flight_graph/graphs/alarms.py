@@ -27,5 +27,5 @@ def _filters(scenario, signals):
         last = signals[signal.topic][-1:]
         accepted, rejected = (float(np.sum(last[name])) for name in ("accepted", "rejected"))
         if rejected > MOST_REJECTED * (accepted + rejected):
-            yield (f"{node.name} rejected {rejected:g} of {accepted + rejected:g} measurements: what it estimates is hardly "
-                   "what they say")
+            yield (f"{node.name} rejected {rejected:g} of {accepted + rejected:g} measurements: what it estimates is "
+                   "hardly what they say")

@@ -53,7 +53,8 @@ def unwoven(woven, record, leaf_at, end, lane):
                 set_half_at(target + 4 * i, half_at(origin + 4 * (LANES * i + lane)))
         else:
             for i in range(leaf.count):
-                set_byte_at(target + i, byte_at(origin + LANES * i + lane))
+                for k in range(leaf.width):
+                    set_byte_at(target + leaf.width * i + k, byte_at(origin + leaf.width * (LANES * i + lane) + k))
         leaf_at += _LEAF
 
 
@@ -71,7 +72,8 @@ def wove(woven, record, leaf_at, end, lane):
                 set_half_at(target + 4 * (LANES * i + lane), half_at(origin + 4 * i))
         else:
             for i in range(leaf.count):
-                set_byte_at(target + LANES * i + lane, byte_at(origin + i))
+                for k in range(leaf.width):
+                    set_byte_at(target + leaf.width * (LANES * i + lane) + k, byte_at(origin + leaf.width * i + k))
         leaf_at += _LEAF
 
 

@@ -104,7 +104,8 @@ def _draw(place, panel, at, run, quantity, over, begin, end) -> int:
     rows = chosen(list(lines.values()), MOST_POINTS)
     keep = slice(None) if rows is None else rows
     for number, (name, values) in enumerate(lines.items()):
-        label = " ".join(part for part in (run if several else "", name.lstrip(".") if name or several else quantity.name) if part)
+        own = name.lstrip(".") if name or several else quantity.name
+        label = " ".join(part for part in (run if several else "", own) if part)
         colour = style.COLOURS[(at if several else number) % len(style.COLOURS)]
         dash = style.DASHES[(number if several else number // len(style.COLOURS)) % len(style.DASHES)]
         place.plot(x[keep], values[keep], dash, color=colour, lw=1.0, marker="" if len(values) > 1 else "o",

@@ -50,13 +50,14 @@ class Quantity:
 class BagLines:
     """The quantities of a bag, read when they are asked for. name: of the run in legends.
 
-    start_ns: log time [ns] of t = 0: the epoch of the scenario that the bag carries, else its first message.
+    start_ns: log time [ns] of t = 0: the epoch of the scenario that the bag carries, else its first message. data: that
+    scenario as plain data; odd_scenario: a sentence where the bag carries something else in its place.
     """
 
     def __init__(self, path, name: str = ""):
         self.bag: Bag = path if isinstance(path, Bag) else read_bag(path)
         self.name = name or Path(self.bag.path).name
-        self.data = scenario_data(self.bag)
+        self.data, self.odd_scenario = scenario_data(self.bag)
         epoch = self.data.get("epoch_ns")
         known = isinstance(epoch, int) and abs(self.bag.start_ns - epoch) < 10**18
         self.start_ns = epoch if known and epoch <= self.bag.start_ns else self.bag.start_ns
@@ -106,8 +107,8 @@ class BagLines:
             nearest = nearest or known[:NEAREST]
         what = f"did you mean {' or '.join(map(short, nearest))}?" if nearest else "it has no numbers"
         bag = "" if "." in text else ", and there is no bag of this name"
-        return FlightError(f"{self.bag.path}: it has no field '{short(text)}'{bag}; {what} (flight plot {self.bag.path} --fields "
-                           "lists all)")
+        return FlightError(f"{self.bag.path}: it has no field '{short(text)}'{bag}; {what} (flight plot {self.bag.path} "
+                           "--fields lists all)")
 
     def _read(self, topic):
         columns = table(self.bag, topic)
@@ -127,15 +128,17 @@ class BagLines:
             yield Quantity(topic, name, unit, t, lines)
 
 
-def scenario_data(bag: Bag) -> dict:
-    """The scenario that a bag carries, as plain data of which nothing is run; {} where there is none that can be read."""
+def scenario_data(bag: Bag) -> tuple[dict, str]:
+    """The scenario that a bag carries, as plain data of which nothing is run, {} without one; and why it cannot be read."""
     if SCENARIO not in bag.attachments:
-        return {}
+        return {}, ""
+    where = f"{bag.path}: its attachment {SCENARIO}"
     try:
-        data = parse_json(bag.attachments[SCENARIO].data, SCENARIO, LARGEST)
-    except FlightError:
-        return {}
-    return data if isinstance(data, dict) else {}
+        data = parse_json(bag.attachments[SCENARIO].data, where, LARGEST)
+    except FlightError as error:
+        return {}, str(error)
+    is_scenario = isinstance(data, dict) and isinstance(data.get("components"), dict)
+    return (data, "") if is_scenario else ({}, f"{where} is no scenario")
 
 
 def _with_unit(label):

@@ -4,6 +4,7 @@ import textwrap
 from pathlib import Path
 
 from flight_graph.errors import FlightError
+from flight_graph.text_files import printable
 
 COLOURS = ("#0b6e99", "#c0392b", "#2e8b57", "#d68910", "#6c4a9e", "#5d6d7e", "#16a085", "#a04000", "#34495e")
 DASHES = ("-", "--", ":", "-.")
@@ -27,8 +28,8 @@ def new_figure(width: float, height: float):
 
 
 def plain(text) -> str:
-    """A text as it stands: signs that mean mathematics to the drawing library stand for themselves."""
-    return str(text).replace("$", r"\$")
+    """A text as it stands: signs that mean mathematics to the drawing library, or steer a terminal, are signs."""
+    return "\n".join(printable(line) for line in str(text).split("\n")).replace("$", r"\$")
 
 
 def legend(panel, **options) -> None:

@@ -22,7 +22,8 @@ SET_PARAMETERS = "flight_graph.set"  # metadata: the parameters that were set du
 LARGEST = 4 << 20  # [bytes] of it
 
 
-def read_scenario(bag: Bag, consent: Consent, functions: tuple[str, ...] = (), set_before_ns: int | None = None) -> Scenario:
+def read_scenario(bag: Bag, consent: Consent, functions: tuple[str, ...] = (),
+                  set_before_ns: int | None = None) -> Scenario:
     """The scenario of a run's bag. Raises FlightError.
 
     consent: is asked before code runs that does not come with the packages; functions: those keys of the scenario whose

@@ -1,10 +1,11 @@
-"""What was set in a run, and which case of a sweep it is, by comparing it with the scenario of its name that is installed."""
+"""What was set in a run, and which case of a sweep it is: found by comparing it with the installed scenario of its name."""
 
 from dataclasses import dataclass, field
 
 from flight_graph.components import declared
 from flight_graph.components.foreign import refuse
 from flight_graph.errors import FlightError
+from flight_graph.faults.report import MONITORS, REPORT
 from flight_graph.graphs import expressions
 from flight_graph.graphs.scenario import Scenario, load
 from flight_graph.graphs.source import available
@@ -67,8 +68,9 @@ def _values(scenario) -> dict:
     found = {"seed": scenario.seed, "duration_s": scenario.file.duration_s}
     for fault in scenario.file.faults or []:
         found |= {f"faults.{fault.get('id')}.{key}": value for key, value in fault.items() if key != "id"}
-    for name in scenario.file.components:
-        node = scenario.graph.nodes[name]
+    for name, node in scenario.graph.nodes.items():
+        if name.rpartition(".")[2] in (REPORT, MONITORS):  # which follow from the faults and monitors
+            continue
         found |= {f"{name}.use": node.use, f"{name}.rate_hz": node.rate_hz}
         found |= {f"{name}.{key}": value for key, value in node.values.items()
                   if not (key == "seed" and value == stream_key(scenario.seed, name))}
@@ -79,14 +81,14 @@ def _differences(scenario, plain) -> dict:
     """What has another value, without what follows from it: other parameters of the component, and those of others."""
     values, before = _values(scenario), _values(plain)
     found = {key: value for key, value in values.items() if not same(before.get(key), value)}
-    replaced = {key.partition(".")[0] for key in found if key.endswith(".use")}
+    replaced = {key.rpartition(".")[0] for key in found if key.endswith(".use")}
     return {key: value for key, value in found.items() if not (
-        (key.partition(".")[0] in replaced and not key.endswith(".use")) or _follows(scenario, plain, key, before))}
+        (key.rpartition(".")[0] in replaced and not key.endswith(".use")) or _follows(scenario, plain, key, before))}
 
 
 def _follows(scenario, plain, key, before) -> bool:
     """Whether a parameter is what it is because of others."""
-    name, _, parameter = key.partition(".")
+    name, _, parameter = key.rpartition(".")
     node, entry = scenario.graph.nodes.get(name), plain.file.components.get(name)
     if entry is None or parameter not in node.values or key not in before:
         return False

@@ -41,12 +41,12 @@ def verify(path, engine: str = "compiled", trust: bool = False, tolerance: float
     if run.scenario.foreign and engine == "ros":
         raise FlightError(f"{run.bag.path}: {' and '.join(run.scenario.foreign)} stands for a foreign node, which would "
                           "have to answer again; the compiled engine takes its answers from the bag")
-    remarks = [_foreign_sentence(run, name) for name in run.scenario.foreign]
-    remarks += [run.changes_sentence()] if run.changed else []
+    remarks = [run.changes_sentence()] if run.changed else []
     if run.is_realtime:
         return Comparison(NOT_COMPARED, "nothing", changed=run.changed, sentences=[
             "not compared: the run was in realtime, so the wall clock decided which message reached whom in time; "
             "record in lockstep to have a run that can be repeated", *remarks])
+    remarks = [*(_foreign_sentence(run, name) for name in run.scenario.foreign), *remarks]
     if engine == "ros":
         result = _as_nodes(run, tolerance, progress, check_bounds, as_nodes)
         result.sentences += remarks

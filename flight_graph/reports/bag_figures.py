@@ -5,6 +5,8 @@ import hashlib
 import numpy as np
 from plotly import graph_objects
 
+from flight_graph.errors import FlightError
+from flight_graph.graphs.metrics import told
 from flight_graph.plots.marks import ACT, END, FAULT, LIMIT, MODE, MOST, SETTING
 from flight_graph.plots.series import Quantity
 from flight_graph.plots.thinning import chosen
@@ -52,7 +54,8 @@ def _facts(run) -> dict[str, str]:
         facts["engine, pace"] = f"{made.get('engine', '?')}, {made.get('pace', '?')}"
         facts["made with"] = ", ".join(f"{key} {value}" for key, value in made.items()
                                        if key not in ("scenario", "engine", "pace", "seed"))
-    facts["recorded"] = f"{seconds:.6g} s, {sum(info.count for info in bag.topics.values())} messages on {len(bag.topics)} topics"
+    count = sum(info.count for info in bag.topics.values())
+    facts["recorded"] = f"{seconds:.6g} s, {count} messages on {len(bag.topics)} topics"
     if outcome:
         complete = outcome.get("complete") == "true"
         others = ", ".join(f"{key} {value}" for key, value in outcome.items() if key != "complete" and value != "0")
@@ -77,7 +80,8 @@ def digest(bag) -> str:
 
 def events(runs) -> list:
     """What happened, in the order of time."""
-    rows = [[f"{mark.t:.6g}", *([run.name] if len(runs) > 1 else []), mark.kind, mark.text] for run in runs for mark in run.marks]
+    rows = [[f"{mark.t:.6g}", *([run.name] if len(runs) > 1 else []), mark.kind, mark.text]
+            for run in runs for mark in run.marks]
     if not rows:
         return []
     rows.sort(key=lambda row: float(row[0]))
@@ -92,9 +96,11 @@ def metric_table(runs) -> list:
     if not names:
         return []
     entries = {name: next(run.glossary.entry(name) for run in runs if name in run.metrics) for name in names}
-    rows = [[name, *(number(run.metrics[name]) if name in run.metrics else "-" for run in runs), entry.unit, entry.meaning
-             + (f" - none: {entry.missing}" if entry.missing and any(run.metrics.get(name, 0) is None for run in runs) else "")]
-            for name, entry in entries.items()]
+    rows = []
+    for name, entry in entries.items():
+        absent = entry.missing and any(run.metrics.get(name, 0) is None for run in runs)
+        rows.append([name, *(number(run.metrics[name]) if name in run.metrics else "-" for run in runs), entry.unit,
+                     entry.meaning + (f" - none: {entry.missing}" if absent else "")])
     first = [row for row in rows if entries[row[0]].headline] or rows
     head = ["metric", *(run.name for run in runs), "unit", "meaning"]
     return [Table("What matters", head, first), *([Fold(f"All {len(rows)} metrics", [Table("", head, rows)])]
@@ -103,18 +109,24 @@ def metric_table(runs) -> list:
 
 def glance(runs) -> list:
     """What the scenarios declare to be worth a line over time."""
-    found = {}
+    found, odd = {}, []
     for run in runs:
         if run.scenario is None:
             continue
         signals = run.signals
         for trace in run.glossary.traces:
-            if all(topic in signals for topic in trace.topics):
-                t, values = trace.function(run.scenario, signals)
-                if len(t):
-                    quantity = Quantity("", trace.name, trace.unit, np.asarray(t), {"": np.asarray(values, float)})
-                    found.setdefault((trace.name, trace.unit, trace.meaning), []).append((run, quantity))
-    return [_figure(f"{name}: {meaning}", unit, shown, runs) for (name, unit, meaning), shown in found.items()]
+            if not all(topic in signals for topic in trace.topics):
+                continue
+            try:
+                with told(f"{run.name}: {trace.name}"):
+                    t, values = trace.function(run.scenario, signals)
+            except FlightError as error:
+                odd.append(str(error))
+                continue
+            if len(t):
+                quantity = Quantity("", trace.name, trace.unit, np.asarray(t), {"": np.asarray(values, float)})
+                found.setdefault((trace.name, trace.unit, trace.meaning), []).append((run, quantity))
+    return [_figure(f"{name}: {meaning}", unit, shown, runs) for (name, unit, meaning), shown in found.items()] + odd
 
 
 def topic(runs, name: str) -> list:
@@ -204,7 +216,7 @@ def _figure(title, unit, shown, runs) -> Figure:
 def _draw_marks(drawing, runs):
     """Triangles above the axis, and faint lines."""
     shapes, notes = [], []
-    for run, mark in [(run, mark) for run in runs for mark in run.marks][:MOST_DRAWN_MARKS]:
+    for run, mark in [(one, mark) for one in runs for mark in one.marks][:MOST_DRAWN_MARKS]:
         colour, name = MARK_COLOURS.get(mark.kind, GREY), f"{safe(run.name)}<br>" if len(runs) > 1 else ""
         shapes.append({"type": "line", "x0": mark.t, "x1": mark.t, "y0": 0.0, "y1": 1.0, "yref": "paper", "opacity": 0.5,
                        "line": {"color": colour, "width": 1, "dash": "dot"}})

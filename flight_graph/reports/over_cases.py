@@ -100,7 +100,8 @@ def _series(about, names, metric, groups=True):
         members = one.values.groups[:MOST_GROUPS] if groups else [None]
         for group in members:
             rows = np.isfinite(column) & (group.rows if group is not None else True)
-            label = " ".join(part for part in (name if len(about) > 1 else "", (group.label or "") if group else "") if part)
+            parts = (name if len(about) > 1 else "", (group.label or "") if group else "")
+            label = " ".join(part for part in parts if part)
             yield label or name, one, rows, column
 
 

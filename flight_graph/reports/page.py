@@ -1,8 +1,9 @@
 """One HTML file of figures and tables that needs nothing else: the drawing library (plotly) and all data are in it.
 
 A page is a list of sections; a section has figures, tables and sentences. Every figure carries its numbers as columns,
-which the page gives as CSV or JSON, and is drawn when it comes into view. The library stands in the file compressed. A policy in the page's head forbids it to load anything from anywhere. Names and texts
-may come from a stranger's campaign or bag, so all of them are escaped, those inside of figures too.
+which the page gives as CSV or JSON, and is drawn when it comes into view. The library stands in the file compressed. A
+policy in the page's head forbids it to load anything from anywhere. Names and texts may come from a stranger's campaign or
+bag, so all of them are escaped, those inside of figures too.
 """
 
 import base64
@@ -123,7 +124,8 @@ def rendered(title: str, subtitle: str, sections: list[Section]) -> str:
         body += [_part(part, numbers) for part in section.parts]
         body.append("</section>")
     texts = {"title": html.escape(title), "subtitle": html.escape(subtitle), "links": " ".join(links),
-             "body": "\n".join(body), "library": _library(), "template": _template(), "policy": POLICY, "style": _own("page.css"),
+             "body": "\n".join(body), "library": _library(), "template": _template(), "policy": POLICY,
+             "style": _own("page.css"),
              "script": _own("page.js") + (_own("space.js") if any(map(_has_view, sections)) else "")}
     return _PAGE.format(**texts)
 

@@ -95,7 +95,8 @@ def _mesh(kind, shapes, moves, opacity, numbers) -> dict:
         vertices, own = fewer(np.asarray(mesh.vertices), np.asarray(mesh.faces))
         turn = np.tile(shape.pose.orientation, (len(vertices), 1))
         vertices = rotations.rotate(turn, vertices) + np.array(shape.pose.position)
-        parts.append({"frame": numbers[shape.frame], "moves": moves, "vertices": packed(vertices.astype(np.float32).ravel())})
+        parts.append({"frame": numbers[shape.frame], "moves": moves,
+                      "vertices": packed(vertices.astype(np.float32).ravel())})
         faces.append(own + count)
         colours += [_colour(shape.colour)] * len(own)
         count += len(vertices)

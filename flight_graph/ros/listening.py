@@ -31,6 +31,7 @@ from rclpy.parameter import Parameter  # noqa: E402
 from rclpy.parameter_client import AsyncParameterClient  # noqa: E402
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy  # noqa: E402
 
+from flight_graph.ros import slots  # noqa: E402
 from flight_graph.ros.ports import LoopOnly, RawSubscription  # noqa: E402
 
 NAME = "flight_viewer"
@@ -85,7 +86,8 @@ class RosSource(Source):
     def _look(self):
         known = {stream.topic for stream in self.streams} | self._refused
         for topic, types in self._node.get_topic_names_and_types():
-            if topic not in known and not any(part.startswith("_") for part in topic.split("/")):
+            if topic not in known and not any(part.startswith("_") for part in topic.split("/")) and (
+                    types != [slots.TYPE] or not topic.endswith(slots.slots_topic(""))):  # what faults lose between nodes
                 self._subscribe(topic, types)
         for name, namespace in self._node.get_node_names_and_namespaces():
             full = f"{namespace.rstrip('/')}/{name}"

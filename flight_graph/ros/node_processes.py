@@ -88,7 +88,7 @@ class Launch:
     def _go_back(self, to_ns, from_ns, rate):
         """End the nodes, which stand, and start those of the next segment."""
         self._wanted, self._is_ending = None, True
-        self._end(at_least(15.0))
+        self._end(at_least(15.0), stands=True)
         if self.error:
             return
         specs, result = self.segments.back(to_ns, from_ns, rate), self.result
@@ -166,17 +166,17 @@ class Launch:
             self._event(line)
         if self._unborn:
             self.process.terminate()  # what it has started gets SIGTERM then
-        self._end(grace_s)
+        self._end(grace_s, stands=self.result.was_ended)
         if SIMULATION in self.names:  # it had an answer on its way, perhaps
             self._end_one_after_the_other([[SIMULATION]], grace_s)
         self._end_spawner()
         if self.crashed:
             shared_memory.clean_up()
 
-    def _end(self, grace_s):
-        """End the nodes of the graph, then the recorder."""
+    def _end(self, grace_s, stands=False):
+        """End the nodes of the graph, then the recorder; before them where the run stands, and it has all that there is."""
         nodes = [name for name in self.names if name not in (RECORDER, SIMULATION)]
-        self._end_one_after_the_other((nodes, [RECORDER]), grace_s)
+        self._end_one_after_the_other(([RECORDER], nodes) if stands else (nodes, [RECORDER]), grace_s)
 
     def _end_one_after_the_other(self, groups, grace_s):
         for names in groups:

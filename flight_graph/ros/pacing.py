@@ -1,6 +1,5 @@
 """The clock master of a run that is controlled: before each of its firings it obeys, stands, and keeps the rate."""
 
-import json
 import time
 
 from flight_graph.ros import lockstep
@@ -54,8 +53,8 @@ class Pacing:
 
     def _obey(self, t_ns):
         while (message := self._orders.take()) is not None:
-            order = Order(**json.loads(text_of(message)))
-            if order.segment != self._control.segment or order.number <= self._number:
+            order = said.parsed(Order, text_of(message))
+            if order is None or order.segment != self._control.segment or order.number <= self._number:
                 continue
             self._number = order.number
             if order.do == said.STAND:
@@ -64,6 +63,7 @@ class Pacing:
                 self._take_rate(order.rate)
                 self._report(t_ns, f"rate {order.rate:g}" if order.rate else "rate as fast as the graph answers")
             elif order.do == said.NOTE:
+                self._settle(t_ns, None)
                 self._report(t_ns, order.note)
             else:
                 self._runs, self._due_ns = True, None
@@ -78,13 +78,17 @@ class Pacing:
 
     def _stand(self, t_ns, done):
         """Stand before the firing at t, when all other nodes have done what comes before."""
-        if self._node.settings.lockstep:
-            lockstep.wait_for_nodes(self._node, t_ns, self._others)
+        self._settle(t_ns, self._others)
         if self._steps and done == "paused":
             self._report(t_ns, said.STEPPED)
         self._runs = False
         self._report(t_ns, done)
         self._steps = self._left = None
+
+    def _settle(self, t_ns, names):
+        """Lockstep: wait until nodes have done what comes before t; the recorder among all (None): it has written it."""
+        if self._node.settings.lockstep:
+            lockstep.wait_for_nodes(self._node, t_ns, names)
 
     def _report(self, t_ns, done, is_over=False):
         ticks = self._steps - self._left if self._steps and done == said.STEPPED else 0

@@ -16,7 +16,7 @@ from flight_graph.timebase import SECOND
 STOPPED, PLAYING, PAUSED, QUITTING = range(4)
 STATES = {STOPPED: "stopped", PLAYING: "playing", PAUSED: "paused", QUITTING: "quitting"}
 UNSUPPORTED, OK, NOT_FOUND, INCORRECT_STATE, FAILED = range(5)
-ALREADY_THERE, TRANSITION_ERROR, INCORRECT_TRANSITION = 101, 102, 103
+ALREADY_THERE, INCORRECT_TRANSITION = 101, 103
 _STEP, _RESET, _QUIT = "a step", "a reset", "the end of the run"
 
 

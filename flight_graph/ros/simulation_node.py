@@ -89,7 +89,9 @@ class SimulationNode(Node):
         if name == "rate":
             self.simulation.check_rate(value)
         elif name == "reset_to_s":
-            self.simulation.check_reset(round(value * SECOND) if abs(value) < 1e9 else -1)
+            if not abs(value) < 1e9:
+                raise FlightError(f"reset_to_s: {value} is not allowed; allowed: a time of the run in seconds")
+            self.simulation.check_reset(round(value * SECOND))
         elif name == "steps" and value < 1:
             raise FlightError(f"steps: {value} is not allowed; allowed: at least 1")
 

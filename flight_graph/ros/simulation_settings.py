@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 NODE = "simulation"
 ORDERS, REPORTS = f"_{NODE}/orders", f"_{NODE}/reports"
-RUN, STEP, STAND, RATE, NOTE = "run", "step", "stand", "rate", "note"  # what an order may be
+RUN, STEP, STAND, RATE, NOTE = "run", "step", "stand", "rate", "note"  # what an order may be; NOTE: when all is in the bag
 STEPPED = "stepped"
 RECORDED = "flight_graph.control"  # metadata of a bag: what was done, as JSON
 
@@ -67,6 +67,14 @@ class Report:
 def control_of(text: str) -> Control | None:
     """The settings in a text; None where the run is not controlled."""
     return Control(**json.loads(text)) if text else None
+
+
+def parsed(kind: type, text: str) -> Order | Report | None:
+    """An `Order` or a `Report` from its text; None for what is none: anybody may publish on a topic."""
+    try:
+        return kind(**json.loads(text))
+    except (ValueError, TypeError):
+        return None
 
 
 def add_entry(entries: list[dict], report: Report, base_ns: int) -> None:

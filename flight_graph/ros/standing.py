@@ -1,10 +1,9 @@
 """Who waits in a run that is controlled must know when it stands: that time counts for nobody's patience."""
 
-import json
 import time
 
 from flight_graph.ros.ports import LoopOnly, RawSubscription
-from flight_graph.ros.simulation_settings import REPORTS, Report
+from flight_graph.ros.simulation_settings import REPORTS, Report, parsed
 from flight_graph.ros.texts import TYPE, text_of
 from flight_graph.timebase import SECOND
 from msg_schemas.qos import Qos
@@ -35,8 +34,9 @@ class Reports:
         """The reports that have come since this was asked last."""
         found = []
         while (message := self._subscription.take()) is not None:
-            self._last = Report(**json.loads(text_of(message)))
-            found.append(self._last)
+            if report := parsed(Report, text_of(message)):
+                self._last = report
+                found.append(report)
         return found
 
     def wait(self) -> None:

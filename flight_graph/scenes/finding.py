@@ -28,7 +28,7 @@ def component_scene(component, values: dict) -> Scene | None:
     found = declared.call(component, "scene", values)
     if found is not None and not isinstance(found, Scene):
         raise ComponentMistake(f"{component.__name__}.scene: it returns {type(found).__name__}; needed is a Scene")
-    return found
+    return found.within(component.namespace) if found is not None and component.namespace else found
 
 
 def scene_of_bag(bag: Bag, trust=False) -> Scene:

@@ -9,13 +9,13 @@ Frames form one tree whose root is ``map`` (REP 105): level, x east, y north, z 
 a pose turns and shifts the coordinates of a frame into those of its parent; quaternions are x, y, z, w.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from flight_graph.components.namespaces import MAP, frame_within, topic_within
 from flight_graph.errors import FlightError
 
-MAP = "map"
 Colour = tuple[float, float, float, float]  # red, green, blue, opacity, from 0 to 1
 
 
@@ -196,6 +196,19 @@ class Scene:
         for name in found:
             found += [frame.name for frame in self.frames if frame.parent == name and frame.pose is not None]
         return found
+
+    def within(self, namespace: str) -> "Scene":
+        """The scene of a component inside a namespace: its frames and topics there."""
+        def moved(part, *frames, **more):
+            return replace(part, **{name: frame_within(getattr(part, name), namespace) for name in frames}, **more)
+
+        return replace(
+            self, base=frame_within(self.base, namespace),
+            frames=tuple(moved(one, "name", "parent") for one in self.frames),
+            bodies=tuple(moved(one, "frame") for one in self.bodies),
+            shapes=tuple(moved(one, "frame") for one in self.shapes),
+            arrows=tuple(moved(one, "frame", "axes", topic=topic_within(one.topic, namespace)) for one in self.arrows),
+            trails=tuple(moved(one, "frame", "seen_in") for one in self.trails))
 
     def joined(self, other: "Scene") -> "Scene":
         """Both scenes as one; frames that are in both alike are one frame. Raises FlightError where they differ."""

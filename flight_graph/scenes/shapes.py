@@ -81,7 +81,7 @@ def rounded(mesh: Mesh) -> Mesh:
 def thinned(vertices, faces, most: int) -> Mesh:
     """A mesh of at most so many faces: vertices that share a cell of a grid become the first of them."""
     vertices, faces = np.asarray(vertices, float), np.asarray(faces, np.int64)
-    low, cells = vertices.min(axis=0), 64
+    low, cells = vertices.min(axis=0), int(math.sqrt(most)) + 2
     size = float((vertices.max(axis=0) - low).max())
     while len(faces) > most and cells > 2:
         place = np.floor((vertices - low) / size * cells).astype(np.int64)

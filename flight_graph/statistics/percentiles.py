@@ -51,8 +51,8 @@ class Bound:
 
     def sentence(self) -> str:
         """Whether there are enough runs, for a person."""
-        text = (f"{100 * self.share:.10g} % with {100 * self.confidence:g} % confidence needs {self.needed} runs, there are "
-                f"{self.runs}")
+        text = (f"{100 * self.share:.10g} % with {100 * self.confidence:g} % confidence needs {self.needed} runs, "
+                f"there are {self.runs}")
         return text if self.value is not None else f"{text}: too few (they give {100 * self.covered:.3g} %)"
 
 

@@ -10,7 +10,8 @@ _MARKERS, _MODEL = "/scene", "/robot_description"
 
 def foxglove_layout(vehicle: Vehicle) -> str:
     """The layout as JSON."""
-    panels = {"3D!picture": _picture(vehicle), "Parameters!parameters": {"title": "Parameters"}}
+    panels = {"3D!picture": _picture(vehicle),
+              "Parameters!parameters": {"foxglovePanelTitle": "parameters, to be set while it flies"}}
     beside = _named(panels, "overview", vehicle.overview)
     first = {"direction": "row", "first": "3D!picture", "second": _column(beside), "splitPercentage": 60} if (
         beside) else "3D!picture"
@@ -26,7 +27,7 @@ def foxglove_layout(vehicle: Vehicle) -> str:
 def _picture(vehicle):
     extent = vehicle.extent
     grid = {"layerId": "foxglove.Grid", "instanceId": "grid", "visible": True, "size": 2 * extent, "divisions": 20}
-    return {"title": vehicle.name, "followMode": "follow-pose", "followTf": vehicle.still_frame,
+    return {"foxglovePanelTitle": vehicle.name, "followMode": "follow-pose", "followTf": vehicle.still_frame,
             "layers": {"grid": grid}, "transforms": {}, "imageMode": {}, "publish": {},
             "topics": {_MODEL: {"visible": True}, _MARKERS: {"visible": True}},
             "scene": {"transforms": {"axisScale": 0.2 * extent, "labelSize": 0.03 * extent}},
@@ -43,8 +44,9 @@ def _named(panels, prefix, plots: list[Plot]) -> list[str]:
         paths = [{"value": f"{one.topic}.{line.path}", "label": line.label, "enabled": True,
                   "timestampMethod": "receiveTime"} for one in plot.series for line in one.lines]
         panels[found[-1]] = {
-            "title": plot.full_title, "paths": paths, "showXAxisLabels": True, "showYAxisLabels": True, "showLegend": True,
-            "legendDisplay": "floating", "showPlotValuesInLegend": False, "isSynced": True, "xAxisVal": "timestamp"}
+            "foxglovePanelTitle": plot.full_title, "paths": paths,
+            "showXAxisLabels": True, "showYAxisLabels": True, "showLegend": True,
+            "legendDisplay": "left", "showPlotValuesInLegend": False, "isSynced": True, "xAxisVal": "timestamp"}
     return found
 
 

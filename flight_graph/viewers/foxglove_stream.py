@@ -21,6 +21,7 @@ from flight_graph.viewers.quantities import TYPE
 SPEED, INJECT, CLEAR, INJECTED = "playback.speed", "faults.inject", "faults.clear", "faults.injected"
 BACKLOG = 1 << 16  # messages that wait for a slow viewer
 PERIOD_S = 0.02  # [s] between two looks at the source
+TELL_S = 0.5  # [s] between two looks at the parameters
 LONGEST_S = 0.5  # [s] a machine that was busy goes on from where it was
 SETTLED_S = 0.3  # [s] after the last subscription the viewer has made them all
 
@@ -34,7 +35,7 @@ class FoxgloveStream:
         self._source, self._speed, self._tell = source, speed, tell or (lambda sentence: None)
         self._lock, self._seek, self._is_playing = threading.Lock(), None, True
         self._subscribed, self._heard_s, self._latest = threading.Event(), 0.0, {}
-        self.now_ns = source.begin_ns
+        self.now_ns, self._known, self._told_s = source.begin_ns, {}, 0.0
         self._context = self._sdk.Context()
         self._channels, self._named = [], {}
         self._announce()
@@ -103,6 +104,7 @@ class FoxgloveStream:
             if self._source.end_ns is None:
                 self.now_ns = max(self.now_ns, self._source.now_ns)
             self._server.broadcast_time(max(0, self.now_ns))
+            self._publish_parameters(now)
             if self._source.is_over and not told:
                 told = self._over()
                 if once:
@@ -112,6 +114,17 @@ class FoxgloveStream:
                     self._server.clear_session()
             told = told and self._source.is_over
             stop.wait(PERIOD_S)
+
+    def _publish_parameters(self, now):
+        """Tell viewers of parameters that have changed, whoever changed them."""
+        if now - self._told_s < TELL_S:
+            return
+        self._told_s, known = now, self.parameters()
+        changed = {name: value for name, value in known.items() if self._known.get(name) != value}
+        self._known = known
+        if changed:
+            self._server.publish_parameter_values(
+                [self._sdk.Parameter(name, value=value) for name, value in changed.items()])
 
     def _over(self) -> bool:
         if self._source.stopped:

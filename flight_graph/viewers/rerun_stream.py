@@ -111,9 +111,10 @@ class RerunStream:
     def _plot(self, bag, one):
         entity, stamps = entity_of(one), bag.stamps_ns(one.topic)
         if entity not in self._titled:
+            first = 0 if len(one.lines) > 1 else len(self._titled) % len(_COLOURS)  # single lines share plots
             self._titled.add(entity)
             self._recording.log(entity, self._rerun.SeriesLines(
-                names=[line.label for line in one.lines], colors=_COLOURS[:len(one.lines)]), static=True)
+                names=[line.label for line in one.lines], colors=_COLOURS[first:first + len(one.lines)]), static=True)
         rows = self._thinned(stamps)
         scalars = self._rerun.Scalars.columns(scalars=one.values[rows].reshape(-1))
         self._recording.send_columns(entity, self._time(stamps[rows]), scalars.partition([len(one.lines)] * len(rows)))

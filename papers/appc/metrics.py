@@ -37,7 +37,7 @@ METRICS = (
       for loop in "au" for axis in "xyz"),
     number("rearmed", "1", "how often the funnels were opened anew", NO_FUNNEL),
     number("samples_outside", "1", "samples of the law outside of a funnel", NO_FUNNEL, alarm=Alarm(
-        "the state left a funnel of the law, for {value} samples: what is proved within them says nothing of this run", 0.0)),
+        "the state left a funnel of the law, for {value} samples: what is proved within it says nothing of this run", 0.0)),
     number("settling_time_s", "s", "last time any |e_a| > 0.008 rad", "not settled within the run", headline=True),
     number("overshoot_percent", "%", "largest excursion of an axis beyond zero, over the largest initial |angle|",
            "it starts settled, within 0.008 rad"),

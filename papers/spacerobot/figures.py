@@ -9,14 +9,16 @@ from flight_graph.recordings.what_ran import title
 from papers.spacerobot.metrics import attitude_errors, matched, seconds
 
 GALLERY = [  # file, caption, numbers in the paper, rows of claims that are judged on it besides
-    ("spacerobot_fig8.png", "Fig. 8. Orientation task, true parameters: attitude and joints come to rest on their targets", (8,),
-     ()),
-    ("spacerobot_fig9.png", "Fig. 9. Parameters known before flight only: nothing diverges with the law as printed", (9,), ()),
-    ("spacerobot_fig10.png", "Fig. 10. Roll error for Lambda 0.4 to 2: by the printed law a larger Lambda is faster; the reading "
-     "with the desired motion fed forward shows the paper's trend", (10,), ()),
-    ("spacerobot_fig11_12.png", "Figs. 11, 12. Harmonics with both methods: attitude error, and the base's inertia as it is "
-     "estimated", (11, 12), ()),
-    ("spacerobot_fig13.png", "Fig. 13. Attitude error against how wrong the prior is: one draw scaled, and six draws", (13,), ()),
+    ("spacerobot_fig8.png", "Fig. 8. Orientation task, true parameters: attitude and joints come to rest on their targets",
+     (8,), ()),
+    ("spacerobot_fig9.png", "Fig. 9. Parameters known before flight only: nothing diverges with the law as printed",
+     (9,), ()),
+    ("spacerobot_fig10.png", "Fig. 10. Roll error for Lambda 0.4 to 2: by the printed law a larger Lambda is faster; the "
+     "reading with the desired motion fed forward shows the paper's trend", (10,), ()),
+    ("spacerobot_fig11_12.png", "Figs. 11, 12. Harmonics with both methods: attitude error, and the base's inertia as it "
+     "is estimated", (11, 12), ()),
+    ("spacerobot_fig13.png", "Fig. 13. Attitude error against how wrong the prior is: one draw scaled, and six draws",
+     (13,), ()),
 ]
 JOINT_NAMES = ("theta 1", "theta 2", "theta 3", "theta 4")
 AXIS_NAMES = ("roll", "pitch", "yaw")

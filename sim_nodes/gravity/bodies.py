@@ -29,6 +29,7 @@ BENNU_SEMI_AXES = (282.5, 267.5, 254.0)  # [m]
 BENNU_MEAN_RADIUS = 244.6  # [m] of the sphere with Bennu's volume
 BENNU_SPIN = 2.0 * math.pi / (4.296 * 3600.0)  # [rad/s]
 FREQUENCY = 32  # 20480 faces, edges of some 7 m
+MANY, NEAR = 5000, 0.77  # faces, of which only those are looked at whose direction has this cosine (40 degrees)
 
 
 @dataclass(frozen=True)
@@ -78,13 +79,20 @@ class MeshBody:
         distance, normal = self._met(d, f"at latitude {latitude:g}, longitude {longitude:g} rad")
         return distance * d, np.array(normalised(Vec3(*normal)))
 
-    def radius(self, d) -> float:
-        """Distance [m] of the outermost point that the ray from the origin along a unit vector (3,) meets."""
-        return float(self._met(d, f"along {tuple(round(float(part), 6) for part in d)}")[0])
+    def radius_near(self, d):
+        """The function that gives the distance [m] of the outermost point that the ray from the origin along a unit vector
+        (3,) meets; of a large mesh it knows the faces around the direction d (3,) alone."""
+        faces = self.polyhedron.faces
+        if len(faces) > MANY:
+            corners = self.polyhedron.vertices[faces]
+            sizes = np.sqrt(_squares(corners))
+            near = ((corners[..., 0] * d[0] + corners[..., 1] * d[1] + corners[..., 2] * d[2]) > NEAR * sizes).any(axis=1)
+            faces = faces[near]
+        return lambda e: float(self._met(e, f"along {tuple(round(float(part), 6) for part in e)}", faces)[0])
 
-    def _met(self, d, where):
+    def _met(self, d, where, faces=None):
         """Distance [m] and normal (3,), of any length, of the outermost face on a ray. Raises FlightError."""
-        a, b, c = (self.polyhedron.vertices[self.polyhedron.faces[:, i]] for i in range(3))
+        a, b, c = (self.polyhedron.vertices[(self.polyhedron.faces if faces is None else faces)[:, i]] for i in range(3))
         with np.errstate(all="ignore"):
             normal = np.cross(b - a, c - a)
             distance = _dots(normal, a) / _dots(normal, d)
@@ -104,6 +112,11 @@ class MeshBody:
 def direction(latitude: float, longitude: float) -> np.ndarray:
     """Unit vector (3,) in body axes of a planetocentric latitude and longitude [rad]."""
     return np.array(uncompiled(unit_direction)(latitude, longitude))
+
+
+def _squares(points) -> np.ndarray:
+    """Square of the length of each point (..., 3)."""
+    return points[..., 0] * points[..., 0] + points[..., 1] * points[..., 1] + points[..., 2] * points[..., 2]
 
 
 def _dots(rows, others) -> np.ndarray:

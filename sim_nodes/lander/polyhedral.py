@@ -180,7 +180,8 @@ class PolyhedralPlant(LanderPlant):
         body = body_of(values, "scene")
         if values["gravity_model"] == "superellipsoid":
             return rounded(Mesh(*body.shape.mesh(SURFACE_FREQUENCY))), lambda d: float(body.shape.radius(d))
-        return thinned(body.polyhedron.vertices, body.polyhedron.faces, SURFACE_FACES), body.radius
+        site = bodies.direction(values["site_latitude"], values["site_longitude"])
+        return thinned(body.polyhedron.vertices, body.polyhedron.faces, SURFACE_FACES), body.radius_near(site)
 
     @classmethod
     def fitted(cls, values):

@@ -109,12 +109,13 @@ def test_export_has_units_and_names(flight, earth, tmp_path):
 
 
 def test_reading_commands_take_a_foreign_bag(flight, tmp_path):
-    """A bag without a scenario is read, compared and exported; commands that need one say so."""
+    """A bag without a scenario is read, compared, exported and drawn; commands that need one say so."""
     bag = write_bag(tmp_path / "hop").folder
     assert flight("info", bag).status == 0
     assert flight("diff", bag, bag).status == 0
     assert flight("export", bag, "--to", "npz").status == 0
-    for arguments in (("replay", bag, "--component", "plant"), ("plot", bag)):
+    assert flight("plot", bag, "--out", tmp_path / "p.png").status == 0 and (tmp_path / "p.png").read_bytes()[:4] == b"\x89PNG"
+    for arguments in (("replay", bag, "--component", "plant"), ("verify", bag)):
         done = flight(*arguments)
         assert done.status == 2 and "carries no scenario" in " ".join(done.err.split())
 

@@ -1,6 +1,6 @@
 """Runs of the toy on a device, in a process of its own: numba's simulator is chosen before numba is imported.
 
-    NUMBA_ENABLE_CUDASIM=1 python -m tests.cuda.device_runs by_simulator
+    NUMBA_ENABLE_CUDASIM=1 python -m tests.cuda.device_runs by_simulator SCENARIO FOLDER
     python -m tests.cuda.device_runs by_ptx
 """
 
@@ -12,6 +12,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from flight_graph.cli import main
 from flight_graph.cuda import devices
 from flight_graph.cuda.batch import OnDevice
 from flight_graph.cuda.packed import Packed
@@ -24,6 +25,9 @@ from tests.lanes.test_lanes import assert_same
 
 RUNS, TICKS = 70, 60  # more than the threads of a block
 FAULTS = [*COMMON, {"id": "grows", "at": "sensor.imu.linear_acceleration", "type": "drift", "value": 2.0}]
+EVENTS = [{"at_s": 0.07, "set": {"controller.kp": 0.9, "plant.inertia": 3.0}}, {"at_s": 0.2, "set": {"controller.kp": 0.1}}]
+MONITORS = {"rate_hz": 100, "watchpoints": [{"id": "fast", "when": "sensor.imu.angular_velocity[0] > 0.02"}],
+            "actionpoints": [{"id": "note", "when": "fast", "in_a_row": 2, "level": "warn", "text": "fast"}]}
 MEASURES = {"high": {"largest": "plant.truth.angle", "of": "norm"}, "settled": {"settling": "plant.truth.rate", "within": 0.2},
             "worn": {"integral": "controller.command.effort", "of": "squared"}, "crossed": {
                 "first": "plant.truth.angle", "below": 0.0}}
@@ -31,7 +35,8 @@ MEASURES = {"high": {"largest": "plant.truth.angle", "of": "norm"}, "settled": {
 
 def case(number):
     """Angles, noise and laws differ; some leave the limit of the controller, at times of their own."""
-    data = toy.scenario(duration_s=0.3, seed=3 + number, measures=MEASURES, faults=FAULTS)
+    data = toy.scenario(duration_s=0.3, seed=3 + number, measures=MEASURES, faults=FAULTS, events=EVENTS,
+                        monitors=MONITORS)
     data["components"]["plant"]["parameters"] = {"angle": [0.009 * number, 0.2, -0.3 + 0.01 * number]}
     data["components"]["controller"]["parameters"] = {"law": ["pd", "p"][number % 2], "angle_limit": [0.6 + 0.005 * number, 100.0][number % 2]}
     return Scenario(data, "toy.yaml")
@@ -73,6 +78,8 @@ def compare(device) -> int:
     alone, there = flown(scenarios), flown(scenarios, device)
     assert_same(there, alone)
     assert [str(flight.reduced()) for flight in there] == [str(flight.reduced()) for flight in alone]
+    acts = [flight.logged()["monitors"]["note"][-1] for flight in there]
+    assert min(acts) < max(acts)
     return len({flight.stop.t_ns for flight in there if flight.stop})
 
 
@@ -119,11 +126,18 @@ def of_fake_driver(folder):
     return devices.Graphics(), fake
 
 
-def by_simulator() -> int:
-    """Numba's simulator, which runs the twin of the device's code."""
+def by_simulator(scenario, folder) -> int:
+    """Numba's simulator, which runs the twin of the device's code; and a campaign there, by its command."""
     assert devices.is_simulated()
     assert_moved_whole()
-    return compare(devices.opened())
+    ends = compare(devices.opened())
+    sys.argv = ["flight", "sweep", scenario, "--trust", "--on", "cuda", "--out", folder]
+    try:
+        status = main()
+    except SystemExit as end:
+        status = end.code
+    assert not status
+    return ends
 
 
 def by_ptx() -> int:
@@ -136,4 +150,4 @@ def by_ptx() -> int:
 
 
 if __name__ == "__main__":
-    print(f"runs stopped at {globals()[sys.argv[1]]()} ticks")
+    print(f"runs stopped at {globals()[sys.argv[1]](*sys.argv[2:])} ticks")

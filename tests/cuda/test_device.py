@@ -22,34 +22,37 @@ pytestmark = pytest.mark.xdist_group("device")
 SIMULATED = {**os.environ, devices.SIMULATED: "1"}
 
 
-def in_simulator(*words):
-    done = subprocess.run([sys.executable, *map(str, words)], env=SIMULATED, capture_output=True, text=True)
+def ends(*words) -> int:
+    """How many ticks there are at which runs stopped in a process that compares them."""
+    done = subprocess.run([sys.executable, "-m", "tests.cuda.device_runs", *map(str, words)], env=SIMULATED,
+                          capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
+    return int(re.search(r"runs stopped at (\d+) ticks\n", done.stdout)[1])
 
 
-def test_runs_have_the_bytes_of_runs_alone():
-    """More runs than a block has threads; with faults, restarts, early ends; in numba's simulator."""
-    said = re.fullmatch(r"runs stopped at (\d+) ticks\n", in_simulator("-m", "tests.cuda.device_runs", "by_simulator"))
-    assert int(said[1]) > 3
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    measures = {"high": {"largest": "plant.truth.angle", "of": "norm"}, "last": {"final": "plant.truth.angle[0]"}}
+    return campaign_file(tmp_path_factory.mktemp("scenario") / "toy.yaml", measures=measures, metrics=None,
+                         faults=device_runs.FAULTS)
+
+
+def test_runs_and_campaigns_have_the_bytes_of_those_here(file, tmp_path, monkeypatch, capsys):
+    """More runs than a block has threads; with faults, restarts, early ends; a campaign by its command; in numba's
+    simulator.
+    """
+    assert ends("by_simulator", file, tmp_path / "there") > 3
+    command = runner(monkeypatch, capsys)
+    assert command("sweep", file, "--trust", "--workers", 1, "--out", tmp_path / "here")[0] == 0
+    digests = [[one.read_part(number).digest for number in one.manifest.chunks]
+               for one in map(Campaign.at, (tmp_path / "there", tmp_path / "here"))]
+    assert digests[0] == digests[1] and len(digests[0]) > 1
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler (cc) here")
 def test_the_ptx_has_the_bytes_of_runs_alone():
     """What the PTX says, instruction by instruction done by this processor, through all calls of a driver of CUDA."""
-    said = re.fullmatch(r"runs stopped at (\d+) ticks\n", in_simulator("-m", "tests.cuda.device_runs", "by_ptx"))
-    assert int(said[1]) > 3
-
-
-def test_a_campaign_on_a_device_is_the_same_table(tmp_path, monkeypatch, capsys):
-    measures = {"high": {"largest": "plant.truth.angle", "of": "norm"}, "last": {"final": "plant.truth.angle[0]"}}
-    command = runner(monkeypatch, capsys)
-    file = campaign_file(tmp_path / "toy.yaml", measures=measures, metrics=None, faults=device_runs.FAULTS)
-    in_simulator("-c", "import sys; from flight_graph.cli import main; sys.exit(main())", "sweep", file, "--trust", "--on", "cuda", "--out", tmp_path / "there", "--json")
-    assert command("sweep", file, "--trust", "--workers", 1, "--out", tmp_path / "here", "--json")[0] == 0
-    digests = [[one.read_part(number).digest for number in one.manifest.chunks]
-               for one in map(Campaign.at, (tmp_path / "there", tmp_path / "here"))]
-    assert digests[0] == digests[1] and len(digests[0]) > 1
+    assert ends("by_ptx") > 3
 
 
 @pytest.fixture(scope="module")
@@ -85,19 +88,20 @@ def test_numbers_are_read_at_once():
             assert all(view.record.aligned for view in views) and views
 
 
-def test_where_there_is_no_device(tmp_path, monkeypatch, capsys):
+def test_where_there_is_no_device(file, tmp_path, monkeypatch, capsys):
     try:
         devices.Graphics()
         pytest.skip("there is a device")
     except FlightError:
         pass
     command = runner(monkeypatch, capsys)
-    file = campaign_file(tmp_path / "toy.yaml")
     status, out, err = command("sweep", file, "--trust", "--on", "cuda", "--out", tmp_path / "there")
     assert status == 2 and out == "" and not (tmp_path / "there").exists()
     assert "--on cuda: " in err and ("flight_graph[cuda]" in err or "no graphics processor" in err)
     status, _, err = command("sweep", file, "--trust", "--on", "cuda", "--workers", 2)
     assert status == 2 and "--workers and --on: allowed: one of them" in err
+    status, _, err = command("sweep", file, "--trust", "--chunk", "0", "--workers", 2)
+    assert status == 2 and "--chunk: chunks run in this process" in err
     status, _, err = command("sweep", file, "--trust", "--on", "gpu")
     assert status == 2 and "allowed: cuda, or dask:ADDRESS" in err
 

@@ -10,7 +10,7 @@ from flight_graph.engines import machine, object_code, part_calls
 from flight_graph.engines.addresses import address
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.graphs.scenario import Scenario
-from flight_graph.lanes import batch, lane_code, weave
+from flight_graph.lanes import batch, lane_code, lane_driver, weave
 from flight_graph.lanes.batch import SideBySide
 from flight_graph.lanes.operations import LANES
 from tests.graph import toy
@@ -126,6 +126,18 @@ def test_woven_memory_is_unwoven_as_it_was():
     assert weave.widths(np.dtype([("a", "<i4", 3), ("b", "u1"), ("c", [("d", "<f8", (2, 2))])], align=True)) == {
         0: 4, 4: 4, 8: 4, 12: 1, 16: 8, 24: 8, 32: 8, 40: 8}
     assert address(weave.block(1000)) % 64 == 0
+    mixed = np.dtype([("a", "<u2", 3), ("b", "u1"), ("c", "<f8", 2), ("d", "<i4"), ("e", "<i2")], align=True)
+    records, back = np.zeros(LANES, mixed), np.zeros(LANES, mixed)
+    for name in mixed.names:
+        count = records[name].size
+        records[name] = np.arange(1, count + 1).reshape(records[name].shape) * (30 if name == "b" else 257)
+    leaves, woven = np.array(list(weave.leaves(mixed)), lane_driver.LEAF), weave.block(LANES * mixed.itemsize)
+    for lanes, inward in ((records, True), (back, False)):
+        places = address(lanes) + mixed.itemsize * np.arange(LANES)
+        row = np.array([(address(woven), address(leaves), address(leaves) + leaves.nbytes, address(places), inward)],
+                       lane_driver.TRANSFER)
+        lane_driver.CODE.function("transfer")(address(row), address(row) + row.nbytes, (1 << LANES) - 1)
+    assert back.tobytes() == records.tobytes() and woven[:LANES * 2].view("<u2").tolist() == records["a"][:, 0].tolist()
 
 
 def test_machine_code_is_made_where_it_pays(monkeypatch):

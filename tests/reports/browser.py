@@ -5,6 +5,7 @@ import json
 import os
 import shutil
 import subprocess
+import tempfile
 import time
 
 import pytest
@@ -29,13 +30,14 @@ class Browser:
     """An open page. A context; skips the test where there is no browser. bad: errors, and what the page's policy forbade."""
 
     def __init__(self, path, size=(900, 700)):
-        """path: of the page's file; a profile is made beside it. size: of the window [px]."""
+        """path: of the page's file; size: of the window [px]."""
         self._path, self._size, self._number = path, size, 0
 
     def __enter__(self):
         browser = next(filter(None, map(shutil.which, BROWSERS)), None)
         if browser is None:
             pytest.skip(f"no browser is installed here ({', '.join(BROWSERS)}): apt-get install chromium brings one")
+        self._profile = tempfile.TemporaryDirectory(prefix="browser_", ignore_cleanup_errors=True)
         (theirs_in, mine_out), (mine_in, theirs_out) = os.pipe(), os.pipe()
 
         def hand_over():
@@ -46,7 +48,7 @@ class Browser:
 
         self._process = subprocess.Popen(
             [browser, *SWITCHES, f"--window-size={self._size[0]},{self._size[1]}",
-             f"--user-data-dir={self._path.parent / 'profile'}", "about:blank"], close_fds=False,
+             f"--user-data-dir={self._profile.name}", "about:blank"], close_fds=False,
             preexec_fn=hand_over, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         os.close(theirs_in)
         os.close(theirs_out)
@@ -55,6 +57,7 @@ class Browser:
         self._rest, self._session = b"", None
         target = self.say("Target.createTarget", url="about:blank")["targetId"]
         self._session = self.say("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        self.say("Performance.enable", timeDomain="threadTicks")
         self.say("Page.enable")
         self.say("Page.addScriptToEvaluateOnNewDocument", source=LISTENER)
         self.say("Page.navigate", url=f"file://{self._path.resolve()}")
@@ -66,6 +69,7 @@ class Browser:
         self._process.wait()
         self._out.close()
         self._in.close()
+        self._profile.cleanup()
 
     def say(self, method: str, **parameters) -> dict:
         """A command of the protocol, and its answer."""
@@ -115,6 +119,11 @@ class Browser:
     def bad(self) -> list[str]:
         """Errors, and what the page's policy has forbidden."""
         return self.run("bad")
+
+    @property
+    def busy_s(self) -> float:
+        """CPU time [s] of the page's own thread so far."""
+        return next(one["value"] for one in self.say("Performance.getMetrics")["metrics"] if one["name"] == "TaskDuration")
 
     @property
     def asked(self) -> int:

@@ -89,7 +89,7 @@ def test_events_are_read_without_running_anything(tmp_path):
     times = np.arange(5) * SECOND
     with BagWriter(tmp_path / "b") as writer:
         writer.attach("scenario.json", "application/json", json.dumps({
-            "name": "x", "epoch_ns": 1, "duration_s": 9, "faults": [{"id": "wheel", "type": "stuck", "at": EVIL}],
+            "name": "x", "components": {}, "epoch_ns": 1, "duration_s": 9, "faults": [{"id": "wheel", "type": "stuck", "at": EVIL}],
             "events": [{"at_s": 2.5, "set": {"controller.k": 3}}], "monitors": {
                 "watchpoints": [{"id": "fast", "when": "rate > 1"}], "actionpoints": [{"id": "give_up", "text": "too fast"}]}}
         ).encode())

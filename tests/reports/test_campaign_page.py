@@ -12,6 +12,7 @@ from tests.commands import runner
 from tests.reports.browser import Browser
 from tests.reports.campaigns import made
 
+
 @pytest.fixture(scope="module")
 def campaign(tmp_path_factory):
     return made(tmp_path_factory.mktemp("campaigns") / "toy")

@@ -130,12 +130,19 @@ SHAPES = {
 }
 
 
+ENTRIES = ("component as a text", "no use", "use as a list")  # of which nothing is read for a picture
+
+
 @pytest.mark.parametrize("shape", SHAPES)
 def test_an_attachment_that_is_no_scenario(flight, tmp_path, shape):
     folder = bag(tmp_path / "bag", SHAPES[shape])
-    for command in (("verify", folder), ("plot", folder), ("replay", folder, "--component", "a")):
+    for command in (("verify", folder), ("replay", folder, "--component", "a")):
         done = flight(*command)
         assert done.status == 2 and "scenario.json" in done.err and len(done.err) < 1000, done.err[:2000]
+    for command in (("plot", folder), ("report", folder)):  # numbers need no scenario
+        done = flight(*command)
+        assert done.status == 0 and len(done.err) < 1000, done.err[:2000]
+        assert "scenario.json" in done.err or (shape in ENTRIES and command[0] == "plot"), done.err
     assert flight("info", folder).status == 0
 
 

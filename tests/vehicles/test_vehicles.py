@@ -17,6 +17,7 @@ from flight_graph.errors import FlightError
 from flight_graph.graphs import metrics
 from flight_graph.graphs.scenario import Scenario, load
 from flight_graph.graphs.vehicles import seed_of
+from flight_graph.scenes.finding import scene_of
 from msg_schemas.qos import Role
 from msg_schemas.signal import Quantity, named_vector
 from tests.faults import chain
@@ -84,7 +85,11 @@ def test_topics_and_frames(group):
     messages = {one.topic: one.function(plant.component.outputs[one.port].zeros(1).view(np.recarray)[0])
                 for one in plant.component.said(plant.values)}
     frames = {(one.header.frame_id, one.child_frame_id) for topic in ("tf", "tf_static") for one in messages[topic].transforms}
-    assert ("rover_a/site", "rover_a/cubli_base") in frames and {name.split("/")[0] for pair in frames for name in pair} == {"rover_a"}
+    assert frames >= {("map", "rover_a/site"), ("rover_a/site", "rover_a/cubli_base")}
+    assert {name.split("/")[0] for pair in frames for name in pair} == {"map", "rover_a"}
+    seen = scene_of(load("rovers_and_lander"))
+    assert {*frames} <= {(one.parent, one.name) for one in seen.frames} and "probe/asteroid" in seen.tree
+    assert {"rover_a/cubli/truth", "probe/lander/truth"} & {one.topic for one in seen.arrows}
     assert {one.header.frame_id.split("/")[0] for one in messages["rover_a/scene"].markers} == {"rover_a"}
 
 
