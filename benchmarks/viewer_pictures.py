@@ -34,7 +34,7 @@ FLIGHT = Path(sys.executable).with_name("flight")
 SCENARIOS = {"cubli_asteroid": 20.0, "spacerobot_harmonic": 10.0, "lander_nominal": 300.0}  # and the seconds that are flown
 SIZE = (1400, 880)  # [px]
 PATIENCE_S = 120.0
-WAIT_S = 75.0  # [s] a viewer without a graphics processor takes to draw
+WAIT_S = 150.0  # [s] a viewer without a graphics processor takes to draw
 PLACEHOLDER = "/*LICHTBLICK_SUITE_DEFAULT_LAYOUT_PLACEHOLDER*/"
 
 
@@ -114,7 +114,7 @@ def rerun(browser: Browser, bags: dict[str, Path], out: Path, work: Path) -> Non
     try:
         with site(work) as files:
             for name, bag in bags.items():
-                subprocess.run([FLIGHT, "view", bag, "--save", work / f"{name}.rrd", "--points", "2000"], check=True,
+                subprocess.run([FLIGHT, "view", bag, "--save", work / f"{name}.rrd", "--points", "300"], check=True,
                                stdout=subprocess.DEVNULL)
                 recording = quote(f"{files}/{name}.rrd", safe="")
                 browser.photograph(f"{viewer}?url={recording}", out / f"rerun_{name}.png", WAIT_S)

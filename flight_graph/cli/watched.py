@@ -42,7 +42,7 @@ def shown(stream, command: str, host: str, port: int | None, save: Path | None =
         status("ended")
     finally:
         if not page.has_ended:
-            stream.close()
+            stream.close(1.0)
         page.close()
         signal.signal(signal.SIGTERM, before)
 

@@ -1,5 +1,6 @@
 """Runs in Rerun: a moving 3-D picture with plots beside it, in its window, in a browser, or as an ``.rrd`` file."""
 
+import contextlib
 import os
 import sys
 import tempfile
@@ -71,11 +72,11 @@ class RerunStream:
     # -- what is in it ---------------------------------------------------------------------------------------------
     def begin(self, series: list[Series], target=(0.0, 0.0, 0.0)) -> None:
         """Send the blueprint, and what stands still. series: what will be plotted; target: see `blueprint`."""
+        self._recording.send_blueprint(blueprint(
+            self._rerun, Vehicle.of(self.name, self.scene, series), target))
         if self.scene is not None:
             at_start = self._time([self._begin_ns])
             rerun_scene.log_shapes(self._rerun, self._recording, self.scene, at_start)
-        self._recording.send_blueprint(blueprint(
-            self._rerun, Vehicle.of(self.name, self.scene, series), target))
 
     def show(self, bag: Bag) -> None:
         """A whole bag, with its arrangement."""
@@ -134,13 +135,14 @@ class RerunStream:
         rows = np.arange(0, count, step)
         return rows if not count or rows[-1] == count - 1 else np.append(rows, count - 1)
 
-    def flush(self) -> None:
-        """Wait until all has gone out."""
-        self._recording.flush(timeout_sec=60.0)
+    def flush(self, seconds: float = 60.0) -> None:
+        """Wait until all has gone out, for so long at most [s]."""
+        self._recording.flush(timeout_sec=seconds)
 
-    def close(self) -> None:
+    def close(self, seconds: float = 60.0) -> None:
         """End the recording."""
-        self.flush()
+        with contextlib.suppress(RuntimeError, ValueError):  # a viewer that is gone takes nothing any more
+            self.flush(seconds)
         self._recording.disconnect()
 
 
