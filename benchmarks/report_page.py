@@ -7,6 +7,7 @@ Opening and pictures need a browser (chromium), the rest does not.
 """
 
 import argparse
+import os
 import sys
 import tempfile
 import time
@@ -25,7 +26,7 @@ from tests.reports.browser import Browser
 
 SCENARIO = "lander_monte_carlo_perturbed"
 SHOWN = {"Dispersion": 1, "Landing": 1, "Over time": 1}  # section -> how many of its figures are in the picture
-SIZE, BAG_SIZE = (1280, 2160), (1280, 1500)  # [px]
+SIZE, BAG_SIZE = (1280, 2160), (1280, 1330)  # [px]
 RUN = "cubli_asteroid"
 
 
@@ -35,8 +36,9 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=400)
     parser.add_argument("--pictures", type=Path)
     options = parser.parse_args()
+    pictures = options.pictures and options.pictures.resolve()
     with tempfile.TemporaryDirectory() as folder:
-        _of_a_bag(Path(folder), options.pictures)
+        _of_a_bag(Path(folder), pictures)
         campaign = opening.run_here(load(SCENARIO), Path(folder) / "study", options.runs)
         rows = []
         for flights in (0, 100):
@@ -47,18 +49,19 @@ def main() -> None:
         print(f"page of {options.runs} runs of {SCENARIO}\n\n| runs flown again | CPU [s] | size [MB] |\n|---|---|---|")
         for row in rows:
             print(f"| {row[0]} | {row[1]:.1f} | {row[2]:.2f} |")
-        if options.pictures:
+        if pictures:
             figures = {one.title: [part for part in one.parts if isinstance(part, page.Figure)] for one in sections}
             shown = [page.Section(name, figures[name][:count]) for name, count in SHOWN.items()]
             path = page.write(Path(folder) / "shown.html", title, subtitle, shown)
-            photograph(path, options.pictures / "report.png", SIZE)
+            photograph(path, pictures / "report.png", SIZE)
 
 
 def _of_a_bag(folder: Path, pictures: Path | None) -> None:
     """The page of a run of 60 s."""
     bag = runs.execute(load(RUN), out=folder / RUN).bag
+    os.chdir(folder)  # the page shows the bag's path as it is given
     began = time.process_time()
-    run = bag_page.read_run(bag, bag.name, agree)
+    run = bag_page.read_run(bag.name, bag.name, agree)
     path = page.write(folder / "bag.html", *bag_page.page([run]))
     print(f"page of {RUN} (60 s): {time.process_time() - began:.1f} s of CPU, {path.stat().st_size / 1e6:.2f} MB")
     with Browser(path) as browser:

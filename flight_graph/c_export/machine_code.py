@@ -38,8 +38,11 @@ TARGETS = {HOST: None, "x86_64": Target("x86_64-unknown-linux-gnu", "x86-64"),
 
 
 _GOT = "_GLOBAL_OFFSET_TABLE_"  # of the linker
-_ADDRESS_IN_MEMORY = re.compile(r"^.*(?: = alloca [^,\n]*\bptr\b|store ptr |ptrtoint|(?:global|constant) [^\n]*\bptr\b).*$",
-                                re.MULTILINE)
+# In code for 32 bits an address on the stack keeps its place of 64 bits; what counts with its size does not fit.
+_ADDRESS_ON_STACK = re.compile(r"(?<= = alloca ).*?(?=, align)")
+_SIZE_OF_ADDRESS = re.compile(
+    r"^.*(?:(?:global|constant) [^\n]*\bptr\b|getelementptr (?:inbounds |nuw |nusw )*"
+    r"(?:ptr|[{\[][^}\]]*\bptr\b[^}\]]*[}\]]),|(?:load|store) [{\[][^}\]]*\bptr\b).*$", re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -100,9 +103,11 @@ def _for_any_processor(text: str) -> str:
 
 
 def _emit(text: str, target: Target, component, part) -> bytes:
-    if target.address_bits != 64 and (line := _ADDRESS_IN_MEMORY.search(text)):
-        raise FlightError(f"{component.__name__}.{part}: it keeps an address of 64 bits ({line[0].strip()[:80]}), so there "
-                          f"is no code of it for {target.triple}")
+    if target.address_bits != 64 and (line := _SIZE_OF_ADDRESS.search(text)):
+        raise FlightError(f"{component.__name__}.{part}: it counts with addresses of 64 bits ({line[0].strip()[:80]}), so "
+                          f"there is no code of it for {target.triple}")
+    if target.address_bits != 64:
+        text = _ADDRESS_ON_STACK.sub(lambda found: re.sub(r"\bptr\b", "i64", found[0]), text)
     module, machine = for_target(text, target)
     return machine.emit_object(module)
 

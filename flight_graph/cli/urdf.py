@@ -25,7 +25,11 @@ def urdf(
     Runs publish and record the same text on /robot_description, latched, with /joint_states, /tf and /tf_static.
     """
     from flight_graph.scenes.urdf import urdf as text_of
-    text = text_of(_scene(scenario, settings, asked(trust)))
+    scene = _scene(scenario, settings, asked(trust))
+    if others := [body.frame for body in scene.bodies if body.frame not in scene.links]:
+        raise FlightError(f"{scenario}: it has several vehicles ({scene.base}, {others[0]}), and a URDF file is of one; "
+                          "name a scenario of one of them")
+    text = text_of(scene)
     if out is None:
         print(text, end="")
         return

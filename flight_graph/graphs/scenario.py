@@ -245,7 +245,9 @@ class Scenario:
                 source, delay = source.source, source.delay
             for text in (target, source):
                 node, _, port = text.rpartition(".")
-                if not node or not all(map(names.is_word, node.split("."))) or not names.is_port(port):
+                words = node.split(".")
+                if not all(map(names.is_word, words)) or not names.is_port(port) or words[0] not in (
+                        self.vehicles if words[1:] else words):
                     raise FlightError(f"connect: '{short(text)}' is not of the form component.port")
             connections[tuple(target.rsplit(".", 1))] = Edge(*source.rsplit(".", 1), delay)
         return connections

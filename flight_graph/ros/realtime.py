@@ -1,4 +1,5 @@
-"""Realtime: the clock master steps on the wall clock, holds a command that is late, counts what was missed.
+"""Realtime: the clock master steps on the wall clock, holds a command that is late, counts what was missed. So do other
+plants, by its /clock.
 
 Every other node fires when the newest message of its fastest input belongs to one of its firings, and waits for its other
 inputs for at most one period. Without the settings of a graph (a node started by hand) this is how a node runs alone; it
@@ -53,6 +54,8 @@ def run(node) -> None:
     if node.settings.clock_master:
         lockstep.wait_for_nodes(node, 0)
         _run_master(node)
+    elif node.component.update is not None:
+        _run_plant(node)
     elif node.component.inputs and not node.component.modes and any(
             not node.settings.sources[name].foreign for name in node.inputs):
         _run_follower(node)
@@ -93,6 +96,23 @@ def _run_master(node):
             node.announce({"progress": t_ns / SECOND})
     if node.pacing:
         node.pacing.end(t_ns)
+
+
+def _run_plant(node):
+    """A plant that does not set the time: it speaks at every period of /clock, and takes the commands of half a period."""
+    settings, clock = node.settings, ClockInput(node)
+    t_ns = -(-clock.first(node) // settings.period_ns) * settings.period_ns if settings.joins else 0
+    while not settings.duration_ns or t_ns < settings.duration_ns:
+        node.check_alive()
+        node.look(t_ns)
+        clock.wait_until(t_ns, node)
+        node.call("output", t_ns)
+        node.publish_outputs(t_ns)
+        _gather(node, t_ns, time.monotonic_ns() + round(0.5 * settings.period_ns / settings.factor))
+        node.call("update", t_ns)
+        node.statistics.ticks += 1
+        t_ns += settings.period_ns
+        node.progress.tell(t_ns)
 
 
 def _gather(node, t_ns, deadline):

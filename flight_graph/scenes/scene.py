@@ -207,7 +207,8 @@ class Scene:
             frames=tuple(moved(one, "name", "parent") for one in self.frames),
             bodies=tuple(moved(one, "frame") for one in self.bodies),
             shapes=tuple(moved(one, "frame") for one in self.shapes),
-            arrows=tuple(moved(one, "frame", "axes", topic=topic_within(one.topic, namespace)) for one in self.arrows),
+            arrows=tuple(moved(one, "frame", "axes", topic=topic_within(one.topic, namespace),
+                               name=f"{one.name}, {namespace}") for one in self.arrows),
             trails=tuple(moved(one, "frame", "seen_in") for one in self.trails))
 
     def joined(self, other: "Scene") -> "Scene":

@@ -129,6 +129,20 @@ def test_arrows_are_the_vectors_of_the_topics():
     assert np.abs(along).max() > 1.0  # [N]
 
 
+def test_each_of_several_vehicles_has_its_own_frames_and_arrows():
+    """Two rovers and a lander below one map: poses are those of the pose messages in each namespace."""
+    bag = read_bag(BAGS / "rovers_and_lander")
+    scene, stamps = scene_of_bag(bag), bag.stamps_ns("/rover_a/cubli/truth/pose")
+    placed = poses_at(scene, tracks(scene, bag), stamps)
+    for rover in ("rover_a", "rover_b"):
+        said = bag[f"/{rover}/cubli/truth/pose"]["pose"]["position"]
+        np.testing.assert_allclose(placed[f"{rover}/cubli_base"][0], said, atol=1e-12)
+    shown = arrows_at(scene, bag, placed, stamps)
+    assert len(shown) == 3 + 3 + 2 == len(scene.arrows)
+    tails = [shown[f"torque of wheel_x, {rover}"][0] for rover in ("rover_a", "rover_b")]
+    assert np.linalg.norm(tails[0] - tails[1], axis=1).min() > 0.01  # [m]; they lean to different sides
+
+
 def test_poses_between_messages_turn_at_a_steady_rate(tmp_path):
     """Half way between two messages a frame has turned by half, the short way round, and gone half the way."""
     turns = Rotation.from_rotvec([[0.0, 0.0, 0.1], [0.0, 0.0, 1.3]]).as_quat() * [[1.0], [-1.0]]
