@@ -8,7 +8,6 @@ After each, all parts must be those of a campaign that nothing disturbed, byte f
 """
 
 import argparse
-import os
 import random
 import signal
 import subprocess
@@ -25,6 +24,7 @@ from flight_graph.components.foreign import refuse
 from flight_graph.sampling.specifications import Besides
 
 FLIGHT = [sys.executable, "-c", "import sys; from flight_graph.cli import main; sys.exit(main())", "sweep"]
+PATIENCE_S = 120.0  # [s] for a process to start
 VARY = ["plant.mass=normal:2,0.04", "seed=count:1"]
 
 
@@ -62,25 +62,44 @@ def coordinators(folder: Path, kills: int, draw: random.Random) -> int:
 
 
 def workers(made, scenario, kills: int, draw: random.Random) -> int:
-    """Kill processes of a Dask cluster of three while they work on a chunk, spread over the campaign; returns how many. The
-    campaign waits until there are two again, or it would be over before so many have started."""
+    """Kill workers of a Dask cluster of three while they have a chunk in work, spread over the campaign, and start another
+    one for each; returns how many. The campaign waits until there are two, or it would be over before."""
     import distributed
-    steps, killed = deque(sorted(draw.uniform(0.05, 0.9) for _ in range(kills))), 0
-    with distributed.LocalCluster(n_workers=3, threads_per_worker=1, dashboard_address=None, processes=True) as cluster:
+    steps, killed, alive = deque(sorted(draw.uniform(0.05, 0.9) for _ in range(kills))), 0, {}
+    with distributed.LocalCluster(n_workers=0, dashboard_address=None) as cluster:
+        def begin():
+            name = f"worker-{killed + len(alive)}"
+            alive[name] = subprocess.Popen(
+                [sys.executable, "-m", "distributed.cli.dask_worker", cluster.scheduler_address, "--no-nanny", "--nthreads",
+                 "1", "--no-dashboard", "--name", name], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
         def kill(done, total):
             nonlocal killed
-            known = cluster.scheduler.workers
             if not steps or done < steps[0] * total:
                 return
-            while len(known) < 2:
+            until = time.monotonic() + PATIENCE_S
+            while sum(one.name in alive for one in list(cluster.scheduler.workers.values())) < 2:
+                if time.monotonic() > until:
+                    raise SystemExit(f"no second worker has started within {PATIENCE_S:g} s")
                 time.sleep(0.1)
-            busy = sorted(nanny.pid for nanny in list(cluster.workers.values())
-                          if nanny.pid and nanny.worker_address in known and known[nanny.worker_address].processing)
+            busy = sorted(one.name for one in list(cluster.scheduler.workers.values())
+                          if one.name in alive and one.processing)
             if busy:
-                os.kill(draw.choice(busy), signal.SIGKILL)
+                victim = alive.pop(draw.choice(busy))
+                victim.kill()
+                victim.wait()
                 killed += 1
                 steps.popleft()
-        opening.fill(made, scenario, lambda manifest, _: DaskWorkers(manifest, cluster.scheduler_address), kill, print)
+                begin()
+
+        for _ in range(3):
+            begin()
+        try:
+            opening.fill(made, scenario, lambda manifest, _: DaskWorkers(manifest, cluster.scheduler_address), kill, print)
+        finally:
+            for process in alive.values():
+                process.kill()
+                process.wait()
     return killed
 
 

@@ -66,7 +66,8 @@ class DaskWorkers:
                 made.set_result(done.result())
             elif done.status == "error":
                 error = done.exception()
-                made.set_exception(Lost(str(error)) if isinstance(error, self._killed) else error)
+                is_lost = isinstance(error, self._killed)
+                made.set_exception(Lost(f"{error.allowed_failures + 1} workers died over it") if is_lost else error)
             else:
                 made.set_exception(FlightError(f"--on dask:{self.address}: the scheduler went away ({done.status})"))
         except Exception as error:
