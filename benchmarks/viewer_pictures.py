@@ -131,7 +131,7 @@ def lichtblick(browser: Browser, bags: dict[str, Path], build: Path, out: Path, 
         shutil.copytree(build, folder)
         page = folder / "index.html"
         page.write_text(page.read_text(encoding="utf-8").replace(PLACEHOLDER, layout.stdout), encoding="utf-8")
-        with site(folder) as pages, started("serve", str(bag), "--port", str(9290 + number), "--loop") as address:
+        with site(folder) as pages, started("serve", str(bag), "--port", str(9290 + number), "--speed", "0.2") as address:
             browser.photograph(f"{pages}/?ds=foxglove-websocket&ds.url={quote(address)}", out / f"lichtblick_{name}.png",
                                WAIT_S)
             browser.ask("Page.navigate", url="about:blank")

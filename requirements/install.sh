@@ -47,8 +47,8 @@ if [ "${1:-}" = --tests ]; then
     fi
     if [ "${RERUN:-}" = none ]; then
         echo "setup: without Rerun: what it reads back is skipped"
-    else
-        locked "$lock-view.txt"
+    elif ! locked "$lock-view.txt"; then
+        echo "setup: Rerun cannot be installed here: what it reads back is skipped"
     fi
     exit
 fi
