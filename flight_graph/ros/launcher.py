@@ -79,6 +79,9 @@ def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: flo
             settings[f"inputs.{port}.slotted"] = is_slotted(edge.node, edge.port)
             if source.is_foreign:
                 settings[f"inputs.{port}.foreign"] = edge.node
+        if control and lockstep and name != master and not node.is_foreign and (
+                node.component.update is not None or not node.inputs):  # nothing else holds it where the run stands
+            settings["clock_period_ns"] = graph.nodes[master].period_ns
         if faults.concerns(name):
             settings["scenario"] = origin or scenario.name
         if _meets_foreign(graph, name):

@@ -16,7 +16,8 @@ def run(node) -> None:
     """Run a node from t = 0, or from a checkpoint, to the end of the run. Raises FlightError, Stopped."""
     settings, component = node.settings, node.component
     paced = any(source.period_ns for source in settings.sources.values())
-    clock = None if paced or settings.clock_master else ClockInput(node)
+    grid_ns = settings.clock_period_ns
+    clock = None if settings.clock_master or (paced and not grid_ns) else ClockInput(node)
     begin_ns = node.memory.begin_ns
     match(node)
     node.progress.tell(begin_ns)
@@ -33,8 +34,8 @@ def run(node) -> None:
             node.pacing.before(t_ns)
         if settings.clock_master and t_ns % (settings.window_ns // 8 or 1) < settings.period_ns:
             wait_for_nodes(node, t_ns - settings.window_ns)
-        if clock:
-            clock.wait_until(t_ns, node)
+        if clock and (due_ns := t_ns // grid_ns * grid_ns if grid_ns else t_ns) >= begin_ns:
+            clock.wait_until(due_ns, node)
         fire(node, component, t_ns)
         t_ns += settings.period_ns
         node.memory.tell(t_ns)

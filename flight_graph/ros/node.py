@@ -176,7 +176,7 @@ class ComponentNode(ManagedNode):
                         publisher.publish(formatted_payload(made, port.record))
 
     def publish_clock(self, t_ns: int) -> None:
-        if self.clock and t_ns % CLOCK_PERIOD_NS == 0:
+        if self.clock and (self.pacing or t_ns % CLOCK_PERIOD_NS == 0):  # who may not go ahead of it needs each
             sec, nanosec = stamp_parts(self.settings.epoch_ns + t_ns)
             self.clock.publish(clock_payload(sec, nanosec))
 

@@ -61,6 +61,7 @@ class Settings:
     beats_often: bool = False  # realtime: tell how far this node has come at every firing
     joins: bool = False  # realtime: the graph runs already
     control: Control | None = None  # of a run that may be paused
+    clock_period_ns: int = 0  # of /clock, for a node that does not go ahead of it where the run may stand
     checkpoints: dict = field(default_factory=dict)  # see `flight_graph.ros.checkpoint_settings.CheckpointSettings`
 
     def output_period_ns(self, component, port: str) -> int:
@@ -113,6 +114,7 @@ def declare(node, component) -> Settings:
     settings.beats_often = bool(get("beats_often", False, "tell at every firing how far this node has come"))
     settings.joins = bool(get("joins", False, "whether the graph runs already"))
     settings.checkpoints = json.loads(get("checkpoints", "{}", "which checkpoints it tells, and begins at, as JSON"))
+    settings.clock_period_ns = int(get("clock_period_ns", 0, "a run that may be paused: period of /clock [ns]"))
     settings.control = control_of(get("control", "", "of a run that may be paused, as JSON"))
     settings.scenario = get("scenario", "", "the scenario, where its faults concern this node: a name, or a file")
     settings.match_s = float(get("match_s", settings.timeout_s, "longest wait for others to appear [s of wall time]"))

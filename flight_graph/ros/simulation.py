@@ -34,8 +34,8 @@ class Answer:
 
 @dataclass(frozen=True)
 class Limits:
-    """What a run allows. base_ns: its tick; begin_ns, end_ns: of the run; lockstep; why_no_reset, why_only_start: a
-    sentence where it cannot be taken back at all, or to its start alone.
+    """What a run allows. base_ns: the period of its clock master; begin_ns, end_ns: of the run; lockstep; why_no_reset,
+    why_only_start: a sentence where it cannot be taken back at all, or to its start alone.
     """
 
     base_ns: int

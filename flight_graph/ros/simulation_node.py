@@ -42,7 +42,7 @@ class SimulationNode(Node):
         lockstep = self._fixed("graph.pace", "lockstep", "lockstep or realtime") == "lockstep"
         begin_ns = self._fixed("begin_ns", 0, "where the run began [ns]")
         self.simulation = Simulation(Limits(
-            scenario.graph.base_ns, begin_ns, scenario.duration_ns, lockstep,
+            scenario.graph.nodes[scenario.graph.clock_master].period_ns, begin_ns, scenario.duration_ns, lockstep,
             _why_no_reset(scenario, self._fixed("resets", False, "whether who started the nodes takes the run back")),
             _only_start(scenario, lockstep)), self._send, announce)
         self.group = ReentrantCallbackGroup()
