@@ -23,6 +23,7 @@ from flight_graph.graphs.scenario import Scenario, vary_case
 from flight_graph.lanes.batch import Report
 
 MOST_LOST = 3  # workers that may die over one chunk
+_SAFE_PATH = "PYTHONSAFEPATH"
 
 
 class Stopped(Exception):
@@ -73,7 +74,8 @@ class Processes:
 
     def __init__(self, manifest: Manifest, width: int):
         self.width, self._manifest = width, manifest
-        os.environ["PYTHONSAFEPATH"] = "1"  # files of the folder where one types are no modules of the processes
+        self._usual = os.environ.get(_SAFE_PATH)
+        os.environ[_SAFE_PATH] = "1"  # files of the folder where one types are no modules of the processes
         self._pool = self._fresh()
 
     def _fresh(self):
@@ -97,6 +99,10 @@ class Processes:
 
     def close(self) -> None:
         """End the processes; the chunks under way are not done."""
+        if self._usual is None:
+            os.environ.pop(_SAFE_PATH, None)
+        else:
+            os.environ[_SAFE_PATH] = self._usual
         processes = list((self._pool._processes or {}).values())
         self._pool.shutdown(wait=False, cancel_futures=True)
         for process in processes:
