@@ -27,7 +27,7 @@ class RerunPage:
         self._process = subprocess.Popen(
             [str(programs[0]), "--serve-web", "--bind", host, "--port", str(self._data_port),
              "--web-viewer-port", str(port)],
-            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, process_group=0)
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
         self._wait()
 
     @property
@@ -50,7 +50,8 @@ class RerunPage:
         for port in (self._data_port, self._port):
             while not _answers(self._host, port):
                 if self.has_ended:
-                    said = (self._process.stderr.read().strip().splitlines() or ["without a word"])[-1]
+                    words = self._process.stderr.read().decode(errors="replace").strip().splitlines()
+                    said = (words or ["without a word"])[-1]
                     raise FlightError(f"Rerun's server has ended ({said})")
                 if time.monotonic() > deadline:
                     self.close()

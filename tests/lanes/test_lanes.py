@@ -10,7 +10,7 @@ from flight_graph.engines import machine, object_code, part_calls
 from flight_graph.engines.addresses import address
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.graphs.scenario import Scenario
-from flight_graph.lanes import batch, lane_code, lane_driver, weave
+from flight_graph.lanes import batch, lane_code, lane_driver, weave, wide_parts
 from flight_graph.lanes.batch import SideBySide
 from flight_graph.lanes.operations import LANES
 from tests.graph import toy
@@ -131,6 +131,7 @@ def test_woven_memory_is_unwoven_as_it_was():
     for name in mixed.names:
         count = records[name].size
         records[name] = np.arange(1, count + 1).reshape(records[name].shape) * (30 if name == "b" else 257)
+    wide_parts.load({})  # the driver's own machine code
     leaves, woven = np.array(list(weave.leaves(mixed)), lane_driver.LEAF), weave.block(LANES * mixed.itemsize)
     for lanes, inward in ((records, True), (back, False)):
         places = address(lanes) + mixed.itemsize * np.arange(LANES)

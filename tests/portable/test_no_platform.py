@@ -75,7 +75,7 @@ def _call(node):
         yield f"{name} without encoding"
     if name == "write_text" and "newline" not in keywords:
         yield "write_text without newline"
-    if name == "open" and owner not in ("os", "tarfile", "zipfile"):
+    if name == "open" and owner not in ("os", "tarfile", "zipfile", "webbrowser"):
         mode = _mode(node)
         if "b" not in mode:
             if "encoding" not in keywords:
