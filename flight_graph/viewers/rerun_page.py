@@ -1,5 +1,6 @@
 """Rerun's viewer as a page: its own server in a process beside this one, on this machine alone unless asked otherwise."""
 
+import os
 import socket
 import subprocess
 import time
@@ -9,6 +10,7 @@ from urllib.parse import quote
 from flight_graph.errors import FlightError
 from flight_graph.viewers.extras import required
 
+_APART = {"process_group": 0} if os.name == "posix" else {}  # Ctrl-C is for us: the server ends after its data
 READY_S = 30.0  # [s] in which the server answers
 
 
@@ -27,7 +29,7 @@ class RerunPage:
         self._process = subprocess.Popen(
             [str(programs[0]), "--serve-web", "--bind", host, "--port", str(self._data_port),
              "--web-viewer-port", str(port)],
-            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, **_APART)
         self._wait()
 
     @property
