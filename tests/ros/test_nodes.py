@@ -256,7 +256,8 @@ def test_a_stranger_as_controller(client, tmp_path):
         for wrong in ({"frame": "moon"}, {"names": ("a", "b", "c")}):
             for _ in range(5):
                 send(3e-3, **wrong)
-                client.spin_until(lambda: True)
+                seen = len(wheels)  # the plant takes the newest command alone: it fires before the next one is sent
+                client.spin_until(lambda seen=seen: len(wheels) > seen + 1, 60.0, "the plant to take it")
         assert not silent(client, wheels)
         assert abs(wheels[-1].effort[0] - 1.25e-3) < 1e-12
         err = stopped_cleanly(plant)
