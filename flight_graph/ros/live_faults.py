@@ -18,8 +18,9 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.parameter import Parameter
 
 from flight_graph import yaml_text
-from flight_graph.errors import FlightError, unknown
+from flight_graph.errors import FlightError
 from flight_graph.faults.fault_set import FaultSet
+from flight_graph.faults.injections import Injections
 from flight_graph.faults.report import REPORT
 from flight_graph.ros.ports import LoopOnly, RawPublisher, RawSubscription
 from flight_graph.ros.texts import TYPE, text_of, text_payload
@@ -32,7 +33,6 @@ QOS = Qos(depth=1000, transient_local=True)
 LEAD_WINDOWS = 3  # [1] of flow control, from an injection to its begin in lockstep
 LEAD_NS = SECOND // 4  # in realtime
 _GRID_NS = 1_000_000  # begins are whole milliseconds
-_NOT_LIVE = ("from_s", "until_s", "at_s", "when")
 
 
 class LiveFaults:
@@ -72,7 +72,7 @@ class Host:
     def __init__(self, node, scenario, live):
         self._node, self._scenario, self._live = node, scenario, live
         self._lock, self._sent, self._begins, self._said = threading.Lock(), 0, [], {}
-        self._entries = {}  # id -> entry as data, what has been sent
+        self._injections = Injections(scenario.live_ids, INJECT)
         self._publisher = RawPublisher(node, TOPIC, TYPE, QOS)
         self._acks = RawSubscription(node, _TAKEN, TYPE, QOS, LoopOnly())
         self._nodes = set(scenario.graph.nodes)
@@ -97,27 +97,13 @@ class Host:
 
     def _inject(self, text) -> str:
         data = yaml_text.parse(text, INJECT)
-        if not isinstance(data, dict):
-            raise FlightError(f"{INJECT}: it is one fault: {{at: ..., type: ..., value: ...}}")
-        for key in _NOT_LIVE:
-            if key in data:
-                raise FlightError(f"{INJECT}: an injected fault begins now; it has no {key} (for_s says how long it lasts)")
+        self._injections.check(data)
         with self._lock:
-            free = [name for name in self._scenario.live_ids if name not in self._entries]
-            if not free:
-                raise FlightError(f"{INJECT}: all {len(self._scenario.live_ids)} places are taken; each serves for one "
-                                  "fault of the run, over or not; the scenario's live_faults says how many there are")
-            begin = self._begin()
-            data = {**data, "id": free[0], "from_s": begin / SECOND}
-            return self._send(data, f"{free[0]} begins at t = {begin / SECOND:.9g} s")
+            return self._send(*self._injections.begun(data, self._begin() / SECOND))
 
     def _clear(self, name) -> str:
         with self._lock:
-            if name not in self._entries:
-                raise unknown("injected fault", name, self._entries, CLEAR)
-            end = self._begin()
-            data = {key: value for key, value in self._entries[name].items() if key != "for_s"}
-            return self._send({**data, "until_s": end / SECOND}, f"{name} ends at t = {end / SECOND:.9g} s")
+            return self._send(*self._injections.ended(name, self._begin() / SECOND, CLEAR))
 
     def _begin(self) -> int:
         settings = self._node.settings
@@ -129,10 +115,10 @@ class Host:
 
     def _send(self, data, sentence) -> str:
         self._live.with_entry(data)
-        self._entries[data["id"]] = data
+        self._injections.entries[data["id"]] = data
         self._begins.append(round(data.get("until_s", data["from_s"]) * SECOND))
         self._sent += 1
-        self._listed = json.dumps(list(self._entries.values()))
+        self._listed = json.dumps(list(self._injections.entries.values()))
         self._publisher.publish(text_payload(json.dumps(data)))
         self._node.get_logger().info(sentence)
         return sentence

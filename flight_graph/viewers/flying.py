@@ -13,6 +13,7 @@ from flight_graph.engines.checkpoint import Checkpoint, is_kept
 from flight_graph.engines.compiled import CompiledRun, Recording, Track
 from flight_graph.engines.schedule import Schedule
 from flight_graph.errors import FlightError, RunStopped, unknown
+from flight_graph.faults.injections import Injections
 from flight_graph.graphs import events
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.bag_scenario import INJECTED_FAULTS, SET_PARAMETERS
@@ -22,8 +23,6 @@ from flight_graph.viewers.messages import Message, Stream
 from flight_graph.viewers.quantities import of_signal
 from flight_graph.viewers.source import Source
 from msg_schemas.definitions import definition
-
-_NOT_LIVE = ("from_s", "until_s", "at_s", "when", "id")
 
 
 class FlyingSource(Source):
@@ -42,7 +41,8 @@ class FlyingSource(Source):
         self.quantities = [quantity for topic in self._topics if topic.formatted is None
                            for quantity in of_signal(f"/{topic.topic}", topic.signal, self.units)]
         self.begin_ns, self.end_ns = scenario.epoch_ns, scenario.epoch_ns + scenario.duration_ns
-        self._changes, self._set, self._injected = {}, [], {}
+        self._changes, self._set = {}, []
+        self._injections = Injections(scenario.live_ids)
         self._checkpoints = []
         self._past = []  # tracks of the flights before each fault that was injected
 
@@ -126,49 +126,38 @@ class FlyingSource(Source):
 
     def injected(self) -> list[dict]:
         """The faults that have been injected."""
-        return list(self._injected.values())
+        return list(self._injections.entries.values())
 
     def inject(self, fault) -> str:
         """Inject a fault (the keys of a scenario's block, without id and times) before the next tick; what is said of it.
 
         Raises FlightError.
         """
-        if not isinstance(fault, dict):
-            raise FlightError("it is one fault: {at: ..., type: ..., value: ...}")
-        for key in _NOT_LIVE:
-            if key in fault:
-                raise FlightError(f"an injected fault begins now; it has no {key} (for_s says how long it lasts)")
+        self._injections.check(fault)
         with self._lock:
-            free = [name for name in self.scenario.live_ids if name not in self._injected]
-            if not free:
-                raise FlightError(f"all {len(self.scenario.live_ids)} places for faults are taken; the scenario's "
-                                  "live_faults says how many there are")
-            begin_s = self._flight.tick * self.scenario.graph.base_ns / SECOND
-            self._take({**fault, "id": free[0], "from_s": begin_s})
-            return f"{free[0]} begins at t = {begin_s:.9g} s"
+            return self._take(*self._injections.begun(fault, self._now_s()))
 
     def clear(self, name: str) -> str:
         """End an injected fault before the next tick; what is said of it. Raises FlightError."""
         with self._lock:
-            if name not in self._injected:
-                raise unknown("injected fault", name, self._injected)
-            end_s = self._flight.tick * self.scenario.graph.base_ns / SECOND
-            entry = {key: value for key, value in self._injected[name].items() if key != "for_s"}
-            self._take({**entry, "until_s": end_s})
-            return f"{name} ends at t = {end_s:.9g} s"
+            return self._take(*self._injections.ended(name, self._now_s()))
 
-    def _take(self, entry):
-        """Go on with one fault more, or another one."""
+    def _now_s(self) -> float:
+        return self._flight.tick * self.scenario.graph.base_ns / SECOND
+
+    def _take(self, entry, sentence):
+        """Go on with one fault more, or another one; the sentence on it."""
         if self.is_over:
             raise FlightError("the run is over")
-        entries = [one for one in self._injected.values() if one["id"] != entry["id"]] + [entry]
+        entries = [one for one in self.injected() if one["id"] != entry["id"]] + [entry]
         faults = self.scenario.with_faults(entries)
         run, tick = CompiledRun(self.scenario, like=self._run), self._flight.tick
         run.schedule = Schedule.of(self.scenario.graph, run.schedule.plan, faults)
         flight = run.start(self.scenario.ticks - tick, begin=_memory(run, self._flight))
         self._past.append(self._flight.tracks())
         self._run, self._flight, self._done = run, flight, {}
-        self._injected = self._injected | {entry["id"]: entry}
+        self._injections.entries[entry["id"]] = entry
+        return sentence
 
     # -- the bag ---------------------------------------------------------------------------------------------------
     def recording(self) -> Recording:
@@ -177,7 +166,7 @@ class FlyingSource(Source):
         for part in [*self._past, self._flight.tracks()]:
             for track in part:
                 found.setdefault((track.node, track.port), []).append(track)
-        checkpoints = [] if self._set or self._injected else self._checkpoints  # they would be of another scenario
+        checkpoints = [] if self._set or self.injected() else self._checkpoints  # they would be of another scenario
         return Recording(self.scenario, list(map(_joined, found.values())), stopped=self.stopped, checkpoints=checkpoints)
 
     def write(self, folder, engine: str) -> None:
