@@ -1,19 +1,15 @@
 """The recorder's ROS node: its settings and its life from start to signal."""
 
-import signal
 import threading
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
-import rclpy
 from rcl_interfaces.msg import ParameterDescriptor
-from rclpy.signals import SignalHandlerOptions
 
 from flight_graph.engines.choice import pace_text
 from flight_graph.errors import FlightError
-from flight_graph.ros import checkpoint_settings, leaving, recorder
-from flight_graph.ros.entry import tell_errors
-from flight_graph.ros.environment import prepare_environment
+from flight_graph.ros import checkpoint_settings, program, recorder
 from flight_graph.ros.managed import ManagedNode, Stopped
 from flight_graph.ros.parameters import declare_once
 from flight_graph.ros.simulation_settings import Control, control_of
@@ -74,12 +70,7 @@ class RecorderNode(ManagedNode):
         return False
 
 
-def run_recorder(arguments: list[str], announce) -> int:
-    """Run the node; return the exit status."""
-    stopping = threading.Event()
-    for number in leaving.SIGNALS:
-        signal.signal(number, lambda *_: stopping.set())
-    rclpy.init(args=["recorder", *arguments], signal_handler_options=SignalHandlerOptions.NO)
+def _live(stopping, announce):
     node = None
     try:
         node = RecorderNode(stopping)
@@ -89,27 +80,17 @@ def run_recorder(arguments: list[str], announce) -> int:
         if stopping.is_set() and outcome["complete"] != "true":
             announce({"stopped": True})
         announce({"recorded": outcome, "bag": str(node.folder)})
-        while node.settings.linger and not stopping.is_set():
-            stopping.wait(0.05)
-        return 0
-    except Stopped:
-        return 0
-    except (FlightError, OSError) as error:
-        announce({"error": str(error)})
-        return 1
+        program.linger(node, stopping)
     finally:
         if node is not None:
             node.close()
-        rclpy.try_shutdown()
+
+
+run_recorder = partial(program.run, "recorder", _live)
 
 
 def main(arguments: list[str], announce=None) -> int:
     """The executable ``recorder``: records the topics of a scenario file until they are complete or it is ended."""
-    if "-h" in arguments or "--help" in arguments:
-        print("recorder: records the topics of a scenario to MCAP\n\n"
-              "usage: flight node sim_nodes/recorder --ros-args -p scenario:=cubli_asteroid -p out:=FOLDER")
-        return 0
-    prepare_environment()
-    leaving.at_once()
-    leaving.keep_imports()
-    leaving.leave(run_recorder(arguments, announce or tell_errors))
+    return program.main("recorder: records the topics of a scenario to MCAP\n\n"
+                        "usage: flight node sim_nodes/recorder --ros-args -p scenario:=cubli_asteroid -p out:=FOLDER",
+                        run_recorder, arguments, announce)

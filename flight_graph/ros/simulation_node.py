@@ -6,21 +6,19 @@ call of ~/step makes).
 
 import signal
 import threading
+from functools import partial
 from types import SimpleNamespace
 
-import rclpy
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 
 from flight_graph.errors import FlightError
-from flight_graph.ros import leaving, simulation_services, simulation_standard
+from flight_graph.ros import program, simulation_services, simulation_standard
 from flight_graph.ros import simulation_settings as said
 from flight_graph.ros.entities import Entities
 from flight_graph.ros.entry import tell_errors
-from flight_graph.ros.environment import prepare_environment
 from flight_graph.ros.ports import RawPublisher
 from flight_graph.ros.recorder import read_scenario
 from flight_graph.ros.simulation import Limits, Simulation
@@ -116,15 +114,9 @@ def _only_start(scenario, lockstep) -> str:
     return "where faults may be injected on the way, no memory is made of a run" if scenario.live_ids else ""
 
 
-def run_simulation(arguments: list[str], announce) -> int:
-    """Run the node; return the exit status."""
-    stopping = threading.Event()
-    for number in leaving.SIGNALS:
-        signal.signal(number, lambda *_: stopping.set())
-    rclpy.init(args=[said.NODE, *arguments], signal_handler_options=SignalHandlerOptions.NO)
-    node = None
+def _live(stopping, announce):
+    node = SimulationNode(announce)
     try:
-        node = SimulationNode(announce)
         executor = MultiThreadedExecutor(_THREADS)
         executor.add_node(node)
         thread = threading.Thread(target=_serve, args=(executor,), daemon=True)
@@ -133,14 +125,8 @@ def run_simulation(arguments: list[str], announce) -> int:
         node.hear(stopping)
         executor.shutdown(timeout_sec=1.0)
         thread.join(timeout=1.0)
-        return 0
-    except FlightError as error:
-        announce({"error": str(error)})
-        return 1
     finally:
-        if node is not None:
-            node.destroy_node()
-        rclpy.try_shutdown()
+        node.destroy_node()
 
 
 def _serve(executor):
@@ -150,16 +136,14 @@ def _serve(executor):
         pass
 
 
+run_simulation = partial(program.run, said.NODE, _live)
+
+
 def main(arguments: list[str], announce=None) -> int:
     """The executable ``simulation``."""
-    if "-h" in arguments or "--help" in arguments:
-        print("simulation: pauses, steps and ends a run of nodes that are controlled\n\n"
-              "usage: flight node sim_nodes/simulation --ros-args -p scenario:=cubli_asteroid")
-        return 0
-    prepare_environment()
-    leaving.at_once()
-    leaving.keep_imports()
-    leaving.leave(run_simulation(arguments, announce or _tell))
+    return program.main("simulation: pauses, steps and ends a run of nodes that are controlled\n\n"
+                        "usage: flight node sim_nodes/simulation --ros-args -p scenario:=cubli_asteroid",
+                        run_simulation, arguments, announce or _tell)
 
 
 def _tell(event):

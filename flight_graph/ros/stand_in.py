@@ -6,22 +6,17 @@ readers hold the last one. So all readers and the recorder come to the same, and
 tells how far the foreign node has come (`flight_graph.ros.progress`), and ends the run when that is late or gone.
 """
 
-import signal
 import threading
 import time
+from functools import partial
 from types import SimpleNamespace
-
-import rclpy
-from rclpy.signals import SignalHandlerOptions
 
 from flight_graph.errors import FlightError
 from flight_graph.graphs.foreign_nodes import stand_in_of
-from flight_graph.ros import leaving, lockstep, matching, recorder, slots
+from flight_graph.ros import lockstep, matching, program, recorder, slots
 from flight_graph.ros.answers import Judge
 from flight_graph.ros.clock import ClockInput
-from flight_graph.ros.entry import tell_errors
-from flight_graph.ros.environment import prepare_environment
-from flight_graph.ros.managed import ManagedNode, Stopped
+from flight_graph.ros.managed import ManagedNode
 from flight_graph.ros.parameters import declare_once
 from flight_graph.ros.patience import at_least
 from flight_graph.ros.ports import InputPort, LoopOnly, RawPublisher, RawSubscription
@@ -182,12 +177,7 @@ class StandIn(ManagedNode):
                 "reasons": [sentence for one in self.answers.values() for _, sentence in one.refused.values()]}
 
 
-def run_stand_in(arguments: list[str], announce) -> int:
-    """Run the node; return the exit status."""
-    stopping = threading.Event()
-    for number in leaving.SIGNALS:
-        signal.signal(number, lambda *_: stopping.set())
-    rclpy.init(args=["stand_in", *arguments], signal_handler_options=SignalHandlerOptions.NO)
+def _live(stopping, announce):
     node = None
     try:
         node = StandIn("stand_in", stopping)
@@ -196,27 +186,17 @@ def run_stand_in(arguments: list[str], announce) -> int:
         node.run()
         announce({"statistics": node.summary()})
         announce({"done": True, "clock_master": False, "wall_s": 0.0})
-        while node.settings.linger and not stopping.is_set():
-            stopping.wait(0.05)
-        return 0
-    except Stopped:
-        return 0
-    except FlightError as error:
-        announce({"error": str(error)})
-        return 1
+        program.linger(node, stopping)
     finally:
         if node is not None:
             node.close()
-        rclpy.try_shutdown()
+
+
+run_stand_in = partial(program.run, "stand_in", _live)
 
 
 def main(arguments: list[str], announce=None) -> int:
     """The executable ``stand_in``: of launch files."""
-    if "-h" in arguments or "--help" in arguments:
-        print("stand_in: stands in for a foreign node of a graph in lockstep; flight run and launch files start it\n\n"
-              "usage: flight node sim_nodes/stand_in --ros-args -p stands_for:=controller -p graph.scenario:=FILE.yaml")
-        return
-    prepare_environment()
-    leaving.at_once()
-    leaving.keep_imports()
-    leaving.leave(run_stand_in(arguments, announce or tell_errors))
+    return program.main("stand_in: stands in for a foreign node of a graph in lockstep; flight run and launch files start "
+                        "it\n\nusage: flight node sim_nodes/stand_in --ros-args -p stands_for:=controller "
+                        "-p graph.scenario:=FILE.yaml", run_stand_in, arguments, announce)
