@@ -11,7 +11,7 @@ Nothing of it runs code of the campaign's scenario, and every row that is given 
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import pyarrow
@@ -145,10 +145,6 @@ class Campaign:
     def disagreements(self) -> list[Path]:
         """Parts that were made a second time, and came out otherwise."""
         return sorted(path for path in self.path.iterdir() if DISAGREEMENT.fullmatch(path.name))
-
-    def reload(self) -> "Campaign":
-        """The campaign as its folder is now."""
-        return replace(self, manifest=Manifest.read(self.path))
 
     def _told(self, number, read):
         try:

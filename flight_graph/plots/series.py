@@ -14,9 +14,9 @@ import numpy as np
 from flight_graph.bags.export import UNITS_RECORD, table
 from flight_graph.bags.reader import Bag, read_bag
 from flight_graph.errors import FlightError
+from flight_graph.recordings.bag_scenario import LARGEST, SCENARIO
 from flight_graph.text_files import parse_json, short
 
-SCENARIO, LARGEST = "scenario.json", 4 << 20  # [bytes]
 BOOKKEEPING = re.compile(r"(?:.*\.)?(?:header\.)?stamp\.(?:sec|nanosec)|(?:.*\.)?header\.seq")  # fields of every message
 _ENTRY = re.compile(r"(position|velocity|effort)\[([^\d\]][^\]]*\]?)\]")  # of a message that names its entries
 _LINE = re.compile(r"(.*?)((?:\.[xyzw])|(?:\[[^\[\]]*\]))")
