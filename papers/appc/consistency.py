@@ -8,6 +8,7 @@ navigation", 2001, section 5.4).
 
 import numpy as np
 
+from flight_graph.engines.kept import Kept
 from flight_graph.graphs.metric_entry import number
 from flight_math import kernel, vec3
 from sim_nodes.sensors.inertial import WALK_DRAW
@@ -73,15 +74,23 @@ def true_bias(scenario, imu) -> np.ndarray:
     stamp = imu["header"]["stamp"]
     t_ns = stamp["sec"].astype(np.int64) * 10**9 + stamp["nanosec"] - scenario.epoch_ns
     out = np.zeros((len(imu), 3))
-    walk(values["seed"], t_ns, values["gyro_walk_sigma"], np.array(values["gyro_bias"], float), out)
+    key = int(values["seed"])
+    given = np.array([[key >> 32, key & 0xFFFFFFFF, values["gyro_walk_sigma"], *values["gyro_bias"]]], float)
+    WALK(given, t_ns[:, None].astype(float), out)
     return out
 
 
 @kernel
-def walk(key, t_ns, sigma, bias, out):
-    """Bias at each sample into out (n, 3), from its value (3,) at the start; it walks after the sample, as in
-    `sim_nodes.sensors.inertial.gyro`."""
-    now = vec3(bias)
+def _walk(given, t_ns, out):
+    """Bias at each sample into out (n, 3), from its value at the start; it walks after the sample, as in
+    `sim_nodes.sensors.inertial.gyro`. given (1, 6): key of the noise in two halves (a double has no 64 bits), sigma,
+    the bias at the start; t_ns: (n, 1), exact below 2^53.
+    """
+    key = int(given[0, 0]) * 4294967296 + int(given[0, 1])
+    now = vec3(given[0, 3:6])
     for n in range(len(t_ns)):
         out[n] = now
-        now += white_noise(key, t_ns[n], WALK_DRAW, sigma)
+        now += white_noise(key, int(t_ns[n, 0]), WALK_DRAW, given[0, 2])
+
+
+WALK = Kept(f"{__name__}:WALK", _walk, 3)
