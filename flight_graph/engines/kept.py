@@ -70,7 +70,8 @@ class Kept:
             if array.dtype != np.float64 or array.ndim != 2 or not array.flags.c_contiguous:
                 raise TypeError(f"{self.name} takes C-contiguous (n, m) arrays of float64")
         if config.DISABLE_JIT:
-            self._kernel(*arrays)
+            with np.errstate(all="ignore"):  # as machine code does: hashes overflow
+                self._kernel(*arrays)
             return
         if self._function is None:
             self._function = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64)(self._load().address)
