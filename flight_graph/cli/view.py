@@ -8,7 +8,7 @@ import typer
 from flight_graph.cli.scenarios import Params, Settings, overrides
 from flight_graph.cli.show import RunProgress, status, working
 from flight_graph.cli.trust import Trust, asked
-from flight_graph.cli.watched import shown
+from flight_graph.cli.watched import PORT, shown
 from flight_graph.errors import FlightError
 
 Source = Annotated[str, typer.Argument(
@@ -28,7 +28,7 @@ def view(
     save: Annotated[Path | None, typer.Option(
         metavar="FILE.rrd", help="Write a recording that Rerun opens, and show nothing.")] = None,
     host: Host = "127.0.0.1",
-    port: Port = 9090,
+    port: Port = PORT,
     points: Annotated[int, typer.Option(min=10, help="Show at most so many messages of a topic.")] = 20_000,
     settings: Settings = None,
     params: Params = None,
