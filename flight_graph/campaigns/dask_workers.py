@@ -9,6 +9,7 @@ from concurrent.futures import Future
 from flight_graph.campaigns.manifest import Manifest
 from flight_graph.campaigns.workers import Lost, part_of
 from flight_graph.errors import FlightError
+from flight_graph.extras import install
 
 ANSWER_S = 10.0  # [s] that a scheduler has to answer
 WORKERS_S = 60.0  # [s] that its first worker has to come, and any once all are gone
@@ -21,8 +22,8 @@ class DaskWorkers:
         try:
             import distributed
         except ImportError:
-            raise FlightError(f"--on dask:{address}: Dask is not installed here; pip install 'flight_graph[dask]' brings "
-                              "it, here and where the workers run") from None
+            raise FlightError(f"--on dask:{address}: Dask is not installed here; {install('dask')} brings it, here and "
+                              "where the workers run") from None
         self.address, self._manifest, self._killed = address, manifest, distributed.KilledWorker
         self._workers_s, self._alone_since = workers_s, None
         try:

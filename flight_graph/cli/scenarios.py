@@ -86,7 +86,7 @@ def run(
     """Run a scenario, record it to a bag, and print its metrics."""
     prepare_engine(engine)
     from flight_graph import runs
-    from flight_graph.engines.choice import check_engine
+    from flight_graph.engines.choice import check_engine, parse_pace
     from flight_graph.graphs import scenario as scenarios
     consent, campaign, start, swept = asked(trust), None, None, None
     if (scenario is None) == (begin is None):
@@ -103,6 +103,7 @@ def run(
         loaded = scenarios.load(scenario, given, case, consent)
         swept = None if case is None else scenarios.load(scenario, given, None, consent)
     check_engine(loaded, engine)
+    parse_pace(pace)
     folder = runs.new_folder(out, loaded, engine)
     if case is not None:
         status(_case(swept, case))

@@ -40,7 +40,7 @@ def serve(
     Named numbers have topics of their own, by their names. Parameters of a run that flies, and of a running graph, may be
     set in the viewer; faults go in by the parameter faults.inject where the scenario has live_faults (docs/seeing.md).
     """
-    from flight_graph.viewers.extras import required
+    from flight_graph.extras import required
     required("foxglove", "foxglove", "flight serve")
     if (source is None) != ros:
         raise FlightError("flight serve needs a bag or a scenario, or --ros in their place")

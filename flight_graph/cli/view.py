@@ -41,8 +41,8 @@ def view(
     Rerun is installed apart (the sentence says how); `flight report BAG` writes a page that needs nothing.
     """
     from flight_graph.bags.reader import read_bag
+    from flight_graph.extras import required
     from flight_graph.viewers import opening, rerun_stream
-    from flight_graph.viewers.extras import required
     required("rerun", "view", "flight view")
     if web and save:
         raise FlightError("--web or --save: one at a time")

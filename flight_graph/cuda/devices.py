@@ -8,6 +8,7 @@ import numpy as np
 
 from flight_graph.cuda.modules import ENTRY, THREADS, DeviceCode
 from flight_graph.errors import FlightError
+from flight_graph.extras import install
 
 SIMULATED = "NUMBA_ENABLE_CUDASIM"
 
@@ -56,8 +57,8 @@ class Graphics:
         try:
             from cuda.bindings import driver
         except ImportError:
-            raise FlightError("--on cuda: what speaks to a graphics processor is not installed here; pip install "
-                              f"'flight_graph[cuda]' brings it ({SIMULATED}=1 stands in for one, slowly)") from None
+            raise FlightError("--on cuda: what speaks to a graphics processor is not installed here; "
+                              f"{install('cuda')} brings it ({SIMULATED}=1 stands in for one, slowly)") from None
         self._driver, self._functions = driver, {}
         try:
             self._asked(driver.cuInit(0))

@@ -14,6 +14,7 @@ from flight_graph.components.records import flat
 from flight_graph.engines import compilation
 from flight_graph.engines.choice import check_engine
 from flight_graph.errors import FlightError
+from flight_graph.extras import install
 from flight_graph.graphs.foreign_nodes import stand_in_of
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.beginning import Beginning
@@ -241,5 +242,5 @@ def refuse(scenario: Scenario) -> None:
     """Refuse a scenario or a machine that the ros engine cannot serve."""
     check_engine(scenario, "ros")
     if importlib.util.find_spec("rclpy") is None:
-        raise FlightError("the ros engine needs rclpy; source a ROS 2 Jazzy, or install the extra: pip install "
-                          "'flight_graph[ros]'")
+        raise FlightError("the ros engine needs rclpy; source a ROS 2 Jazzy, or install its wheels: "
+                          f"{install('ros')}")

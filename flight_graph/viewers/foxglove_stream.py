@@ -13,8 +13,8 @@ import numpy as np
 
 from flight_graph import yaml_text
 from flight_graph.errors import FlightError
+from flight_graph.extras import required
 from flight_graph.timebase import SECOND
-from flight_graph.viewers.extras import required
 from flight_graph.viewers.messages import Message, in_memory, named
 from flight_graph.viewers.quantities import TYPE
 

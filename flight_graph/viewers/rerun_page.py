@@ -8,7 +8,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from flight_graph.errors import FlightError
-from flight_graph.viewers.extras import required
+from flight_graph.extras import required
 
 _APART = {"process_group": 0} if os.name == "posix" else {}  # Ctrl-C is for us: the server ends after its data
 READY_S = 30.0  # [s] in which the server answers

@@ -11,11 +11,11 @@ import numpy as np
 from flight_graph.bags.errors import BagError
 from flight_graph.bags.reader import Bag
 from flight_graph.errors import FlightError
+from flight_graph.extras import required
 from flight_graph.scenes import motion
 from flight_graph.scenes.scene import Scene
 from flight_graph.timebase import SECOND
 from flight_graph.viewers import rerun_scene
-from flight_graph.viewers.extras import required
 from flight_graph.viewers.series import Series, all_series
 from flight_graph.viewers.vehicle import Vehicle
 

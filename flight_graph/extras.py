@@ -20,9 +20,17 @@ def required(module: str, extra: str, command: str):
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] != module.partition(".")[0]:
             raise
-    needed = " ".join(f"'{text}'" for text in requirements(extra))
-    raise FlightError(f"{command} needs {needed}, which is not installed; to install it: "
-                      f"{sys.executable} -m pip install {needed}") from None
+    raise FlightError(f"{command} needs {_needed(extra)}, which is not installed; to install it: "
+                      f"{install(extra)}") from None
+
+
+def install(extra: str) -> str:
+    """The command that installs what an extra needs: from a package index, on which this project itself need not be."""
+    return f"{sys.executable} -m pip install {_needed(extra)}"
+
+
+def _needed(extra):
+    return " ".join(f"'{text}'" for text in requirements(extra))
 
 
 def requirements(extra: str) -> list[str]:
