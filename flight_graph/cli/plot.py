@@ -66,9 +66,9 @@ def _sorted(what: list[str]) -> tuple[list[Path], list[str]]:
 
 def _of_bags(bags, names, over, out, list_fields, window, vehicle, trust):
     from flight_graph.plots import over_time, style
+    from flight_graph.plots.bag_lines import BagLines
     from flight_graph.plots.marks import marks
     from flight_graph.plots.names import beside, run_names
-    from flight_graph.plots.series import BagLines
     with working(f"reading {', '.join(map(str, bags))}", True):
         runs = [BagLines(bag, name) for bag, name in zip(bags, run_names(bags))]
     tell_unchecked(*(run.bag for run in runs))
@@ -138,11 +138,10 @@ def _list(runs):
     for run in runs:
         table = Table("field", "unit", "numbers", title=f"{run.name}: what flight plot takes", title_justify="left")
         for topic in run.topics:
-            for quantity in run.quantities(topic):
-                lines = list(quantity.lines)
-                more = f"{lines[0]} to {lines[-1]}" if len(lines) > 1 else ""
-                more += " (constant)" if quantity.is_constant else ""
-                add(table, f"{topic}.{quantity.name}", quantity.unit, more)
+            for series in run.series(topic):
+                more = f"{series.lines[0].entry} to {series.lines[-1].entry}" if len(series.lines) > 1 else ""
+                more += " (constant)" if series.is_constant else ""
+                add(table, series.key, series.unit, more)
         console.print(table)
         for topic, why in run.problems.items():
             status(f"not read: {topic}: {why}")

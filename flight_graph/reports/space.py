@@ -3,7 +3,7 @@
 import numpy as np
 
 from flight_graph.components.foreign import Untrusted
-from flight_graph.plots.series import BagLines
+from flight_graph.plots.bag_lines import BagLines
 from flight_graph.reports.fewer_faces import fewer
 from flight_graph.reports.page import View, packed
 from flight_graph.scenes import rotations

@@ -48,7 +48,7 @@ class RosSource(Source):
     name = "the running graph"
 
     def __init__(self, domain: int | None = None):
-        self.streams, self.quantities, self.units, self.notes = [], [], {}, []
+        self.streams, self.typed, self.units, self.notes = [], [], {}, []
         self.now_ns = self.begin_ns = 0
         self._context = Context()
         rclpy.init(context=self._context, args=[NAME], domain_id=domain)

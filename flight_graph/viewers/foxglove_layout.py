@@ -41,8 +41,8 @@ def _named(panels, prefix, plots: list[Plot]) -> list[str]:
     found = []
     for number, plot in enumerate(plots):
         found.append(f"Plot!{prefix}{number}")
-        paths = [{"value": f"{one.topic}.{line.path}", "label": line.label, "enabled": True,
-                  "timestampMethod": "receiveTime"} for one in plot.series for line in one.lines]
+        paths = [{"value": f"{one.topic}.{line.path}", "label": label, "enabled": True,
+                  "timestampMethod": "receiveTime"} for one in plot.series for line, label in zip(one.lines, one.labels)]
         panels[found[-1]] = {
             "foxglovePanelTitle": plot.full_title, "paths": paths,
             "showXAxisLabels": True, "showYAxisLabels": True, "showLegend": True,

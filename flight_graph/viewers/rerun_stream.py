@@ -10,13 +10,14 @@ import numpy as np
 
 from flight_graph.bags.errors import BagError
 from flight_graph.bags.reader import Bag
+from flight_graph.bags.series import Series
 from flight_graph.errors import FlightError
 from flight_graph.extras import required
 from flight_graph.scenes import motion
 from flight_graph.scenes.scene import Scene
 from flight_graph.timebase import SECOND
 from flight_graph.viewers import rerun_scene
-from flight_graph.viewers.series import Series, all_series
+from flight_graph.viewers.opening import all_series
 from flight_graph.viewers.vehicle import Vehicle
 
 TIMELINE = "time"  # seconds since the first message
@@ -80,7 +81,7 @@ class RerunStream:
 
     def show(self, bag: Bag) -> None:
         """A whole bag, with its arrangement."""
-        found = all_series(bag)
+        found = all_series(bag, self._begin_ns)
         self.begin(found[0], self._target(bag, Vehicle.of(self.name, self.scene, []).still_frame))
         self._log(bag, *found)
 
@@ -97,7 +98,7 @@ class RerunStream:
 
     def add(self, bag: Bag) -> None:
         """Log all that a bag holds. What cannot be read or drawn is said in ``notes``."""
-        self._log(bag, *all_series(bag))
+        self._log(bag, *all_series(bag, self._begin_ns))
 
     def _log(self, bag, series, problems):
         self.notes += [f"not shown: {sentence}" for sentence in problems.values()]
@@ -107,21 +108,23 @@ class RerunStream:
             except BagError as error:
                 self.notes.append(f"nothing moves in the picture: {error}")
         for one in series:
-            self._plot(bag, one)
+            self._plot(one)
 
-    def _plot(self, bag, one):
-        entity, stamps = entity_of(one), bag.stamps_ns(one.topic)
+    def _plot(self, one):
+        entity = entity_of(one)
         if entity not in self._titled:
             first = 0 if len(one.lines) > 1 else len(self._titled) % len(_COLOURS)  # single lines share plots
             self._titled.add(entity)
             self._recording.log(entity, self._rerun.SeriesLines(
-                names=[line.label for line in one.lines], colors=_COLOURS[first:first + len(one.lines)]), static=True)
-        rows = self._thinned(stamps)
+                names=one.labels, colors=_COLOURS[first:first + len(one.lines)]), static=True)
+        rows = self._thinned(one.t)
         scalars = self._rerun.Scalars.columns(scalars=one.values[rows].reshape(-1))
-        self._recording.send_columns(entity, self._time(stamps[rows]), scalars.partition([len(one.lines)] * len(rows)))
+        self._recording.send_columns(entity, self._at(one.t[rows]), scalars.partition([len(one.lines)] * len(rows)))
 
     def _time(self, stamps_ns):
-        seconds = (np.asarray(stamps_ns, np.int64) - self._begin_ns) / SECOND
+        return self._at((np.asarray(stamps_ns, np.int64) - self._begin_ns) / SECOND)
+
+    def _at(self, seconds):
         return [self._rerun.TimeColumn(TIMELINE, duration=seconds)]
 
     def _thinned(self, stamps_ns) -> np.ndarray:

@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass
 
+from flight_graph.bags.series import Series
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.recording import column_units, recorded_topics
 from flight_graph.scenes.scene import MAP, Scene
 from flight_graph.viewers.opening import picture_of, series_of
 from flight_graph.viewers.overview import Plot, by_topic, overview
-from flight_graph.viewers.series import Series
 
 
 @dataclass(frozen=True)
