@@ -154,7 +154,7 @@ def _continued(begin, settings, seed, duration, consent, wanted, others):
         raise FlightError("--params and --case are of a scenario's file; with --from, --set says what a branch changes")
     given = parse_settings(settings) | ({"seed": seed} if seed is not None else {})
     with steps(f"to {begin}", wanted) as advance:
-        return continued(begin, given, duration, consent, lambda seconds: advance(seconds, None, "s simulated"),
+        return continued(begin, given, duration, consent, lambda seconds, total: advance(seconds, total, "s simulated"),
                          lambda done, total, names: advance(done, total, f"compiling {names} (once; it is kept)"))
 
 
