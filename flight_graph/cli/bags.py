@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from flight_graph.cli.show import add, console, next_command, number, status, working
+from flight_graph.cli.show import add, console, number, report_next, status, working
 from flight_graph.errors import FlightError, unknown
 from flight_graph.plots.names import beside
 from flight_graph.text_files import printable
@@ -144,7 +144,7 @@ def recover(
     for line in [*map(str, report.gaps), kept, *report.remarks]:
         console.print(line, markup=False, highlight=False)
     print(folder, flush=True)
-    next_command("flight", "report", folder)
+    report_next(folder)
 
 
 def diff(

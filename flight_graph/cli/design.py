@@ -74,4 +74,4 @@ def design(
     for sentence in made.warnings:
         console.print(f"warning: {sentence}", markup=False, style="yellow")
     print(out, flush=True)
-    next_command("flight", "run", rules.SCENARIO, "--params", out)
+    next_command("run", rules.SCENARIO, "--params", out)

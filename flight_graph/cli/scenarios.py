@@ -11,7 +11,7 @@ import typer
 
 from flight_graph.cli.overview import show_all
 from flight_graph.cli.scenario_tables import show
-from flight_graph.cli.show import RunProgress, console, metrics_table, next_command, status, steps, warn_of
+from flight_graph.cli.show import RunProgress, console, metrics_table, report_next, status, steps, warn_of
 from flight_graph.cli.topic_tables import show_topics
 from flight_graph.cli.trust import Trust, asked
 from flight_graph.cli.watched import watched
@@ -143,7 +143,7 @@ def run(
         status(f"{outcome.lost} messages were lost (realtime); the bag's metadata says which")
     print(outcome.bag, flush=True)
     warn_of(outcome.alarms)
-    next_command("flight", "report", outcome.bag)
+    report_next(outcome.bag)
 
 
 def _continued(begin, settings, seed, duration, consent, wanted, others):

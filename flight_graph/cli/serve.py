@@ -67,7 +67,7 @@ def serve(
         if out is not None:
             found.write(out, "compiled")
             print(out, flush=True)
-            next_command("flight", "verify", out)
+            next_command("verify", out)
     if found.stopped:
         raise FlightError(found.stopped)
 

@@ -2,8 +2,10 @@
 
 import math
 import os
+import shutil
 import sys
 from contextlib import contextmanager
+from pathlib import Path
 
 from rich.console import Console, Group
 from rich.measure import Measurement
@@ -22,6 +24,7 @@ from rich.text import Text
 
 from flight_graph.bags.errors import quoted
 from flight_graph.text_files import printable
+from flight_graph.viewers.display import has_display
 
 _ROWS = 40  # of the table of differing fields
 _COMFORT, _SHORT = 22, 36  # [characters] that a column of sentences needs, and of a cell that shares its line
@@ -101,8 +104,19 @@ def status(text: str) -> None:
 
 
 def next_command(*words) -> None:
-    """The one command that a person is likely to want now, on standard error."""
-    status(f"next: {' '.join(quoted(word) for word in words)}")
+    """The one command of ``flight`` that a person is likely to want now, on standard error, as it can be typed here."""
+    status(f"next: {' '.join(quoted(word) for word in (_program(), *words))}")
+
+
+def report_next(bag) -> None:
+    """After a run: its page, in which the vehicle moves, is likely to be wanted now; opened where there is a display."""
+    next_command("report", bag, *(["--open"] if has_display() else []))
+
+
+def _program() -> str:
+    """``flight``, or its path as it was typed where nobody finds it by name."""
+    typed = sys.argv[0]
+    return typed if Path(typed).stem == "flight" and os.sep in typed and shutil.which("flight") is None else "flight"
 
 
 def warn_of(alarms: list[str]) -> None:

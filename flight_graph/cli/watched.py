@@ -8,6 +8,7 @@ from pathlib import Path
 
 from flight_graph.cli.show import status
 from flight_graph.errors import FlightError
+from flight_graph.viewers.display import has_display
 
 PORT = 9090  # of the page
 
@@ -54,7 +55,7 @@ def watched(scenario, live: bool):
         yield None
         return
     from flight_graph.viewers import opening
-    from flight_graph.viewers.rerun_stream import RerunStream, has_display
+    from flight_graph.viewers.rerun_stream import RerunStream
     scene, notes = opening.picture_of(scenario)
     stream = RerunStream(scenario.name, scene, scenario.epoch_ns, command="flight run --live")
     for note in notes:
@@ -69,7 +70,6 @@ def watched(scenario, live: bool):
 
 def _opened(address: str) -> bool:
     """Whether a browser of this machine has been asked to show an address."""
-    from flight_graph.viewers.rerun_stream import has_display
     try:
         return has_display() and webbrowser.open(address)
     except webbrowser.Error:
