@@ -64,7 +64,7 @@ def watched(scenario, live: bool):
         status("there is no display here: it is shown as a page")
     with shown(stream, "flight run --live", "127.0.0.1", None if has_display() else PORT):
         yield stream
-        for note in dict.fromkeys(stream.notes):
+        for note in stream.notes:
             status(note)
 
 

@@ -37,14 +37,19 @@ class RerunStream:
     def __init__(self, name: str, scene: Scene | None, begin_ns: int, most_points: int = MOST_POINTS,
                  command: str = "flight view"):
         self._rerun, self._command = required("rerun", "view", command), command
-        self.name, self.scene, self.notes = name, scene, []
+        self.name, self.scene, self._said, self._still = name, scene, [], ""
         self._begin_ns, self._most, self._is_thinned = begin_ns, most_points, False
         self._titled, self._lines = set(), {}
         self._recording = self._rerun.RecordingStream(application(scene), send_properties=False)
         self._recording.send_recording_name(name)
-        self._moving = None
+        self._moving, self._has_moved = None, False
         if scene is not None:
             self._moving = rerun_scene.MovingScene(self._rerun, self._recording, scene, self._time, self._thinned)
+
+    @property
+    def notes(self) -> list[str]:
+        """Sentences of what a person should know, each once."""
+        return [*dict.fromkeys(self._said), *([self._still] if self._still and not self._has_moved else [])]
 
     # -- where it goes ---------------------------------------------------------------------------------------------
     def save(self, path) -> None:
@@ -102,12 +107,13 @@ class RerunStream:
         self._log(bag, *all_series(bag, self._begin_ns))
 
     def _log(self, bag, series, problems):
-        self.notes += [f"not shown: {sentence}" for sentence in problems.values()]
+        self._said += [f"not shown: {sentence}" for sentence in problems.values()]
         if self._moving is not None:
             try:
                 self._moving.add(bag)
+                self._has_moved = True
             except BagError as error:
-                self.notes.append(f"nothing moves in the picture: {error}")
+                self._still = self._still or f"nothing moves in the picture: {error}"
         for one in series:
             self._plot(one)
 
@@ -135,7 +141,7 @@ class RerunStream:
         step = max(1, -(-count // self._most))
         if step > 1 and not self._is_thinned:
             self._is_thinned = True
-            self.notes.append(f"thinned: of topics with more than {self._most} messages, every k-th is shown "
+            self._said.append(f"thinned: of topics with more than {self._most} messages, every k-th is shown "
                               "(--points says how many)")
         rows = np.arange(0, count, step)
         return rows if not count or rows[-1] == count - 1 else np.append(rows, count - 1)
@@ -199,8 +205,10 @@ def blueprint_file(vehicle: Vehicle) -> bytes:
 
 
 def _view(rrb, plot):
+    known = scale(plot)
     return rrb.TimeSeriesView(origin="/", contents=[f"+ /{entity_of(one)}" for one in plot.series], name=plot.full_title,
-                              axis_y=rrb.ScalarAxis(range=scale(plot)), plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop))
+                              axis_y=rrb.ScalarAxis(range=known) if known else None,
+                              plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop))
 
 
 def scale(plot) -> tuple[float, float] | None:
