@@ -22,11 +22,13 @@ def is_bag(name: str) -> bool:
 
 
 def picture_of_bag(bag: Bag, trust) -> tuple[Scene | None, list[str]]:
-    """The scene of a bag, and why there is none. trust: as for `flight_graph.scenes.finding.scene_of_bag`."""
+    """The scene of a bag, and what is missing of it. trust: as for `flight_graph.scenes.finding.scene_of_bag`."""
     try:
-        return scene_of_bag(bag, trust), []
+        scene = scene_of_bag(bag, trust)
     except FlightError as error:
         return None, [f"no picture, plots alone: {error}"]
+    return scene, [] if scene.shapes else [
+        f"no model, the axes of its frames alone: bag '{bag.path}' carries no scenario whose components declare a scene"]
 
 
 def picture_of(scenario: Scenario) -> tuple[Scene | None, list[str]]:
