@@ -9,7 +9,7 @@ from plotly.subplots import make_subplots
 from flight_graph.reports.page import COLOURS, GREY, Figure, safe
 
 MOST_BINS = 60
-FINE = 50  # points of a grid in a bin: where there are more, one more or less does not show
+FINE = 500  # points of a grid in a bin: where there are more, one more or less does not show
 ROUNDING = 1e-12  # of the largest value
 ON_GRID = 0.01  # steps
 MOST_STEPS = 400  # of a distribution function that is drawn
