@@ -42,6 +42,10 @@ class _Console(Console):
     def _fitted(self, item):
         if not isinstance(item, Table):
             return item
+        if isinstance(item.title, str):  # brackets stand for themselves, as in [s] and in names of files
+            item.title = Text(item.title, style="table.title")
+        for column in item.columns:
+            column.header = Text(column.header) if isinstance(column.header, str) else column.header
         if _needed(self, item) > self.width:
             return rows_below_each_other(item, self.width)
         for column in item.columns:
@@ -68,9 +72,8 @@ def _sizes(console: Console, column) -> tuple[int, int]:
 def rows_below_each_other(table: Table, width: int) -> Group:
     """A table as blocks of lines, one a row: the first cell, then the others behind the heads of their columns, as many
     short ones on a line as fit whole into the width."""
-    parts = [Text(str(table.title), style="italic")] if table.title and not isinstance(table.title, Text) else [
-        part for part in [table.title] if part]
-    heads = [head.header if isinstance(head.header, Text) else Text.from_markup(str(head.header)) for head in table.columns]
+    parts = [table.title] if table.title else []
+    heads = [column.header for column in table.columns]
     for cells in zip(*(column.cells for column in table.columns)):
         first, *others = (cell if isinstance(cell, Text) else Text.from_markup(str(cell)) for cell in cells)
         if first.plain:
@@ -134,7 +137,7 @@ class RunProgress:
 
     def __enter__(self):
         if self._wanted:
-            self._bar = Progress(TextColumn("{task.description}"), BarColumn(), TextColumn(
+            self._bar = Progress(TextColumn("{task.description}", markup=False), BarColumn(), TextColumn(
                 "{task.completed:.1f} of {task.total:g} s simulated"), TimeRemainingColumn(), console=_errors,
                 transient=True)
             self._bar.start()
@@ -225,7 +228,7 @@ def working(text: str, wanted: bool):
     if not (wanted and _errors.is_terminal):
         yield
         return
-    with Progress(SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn(), console=_errors,
+    with Progress(SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn(), console=_errors,
                   transient=True) as bar:
         bar.add_task(printable(text), total=None)
         yield
