@@ -86,10 +86,11 @@ def _of_bags(bags, names, over, out, list_fields, window, vehicle, trust):
     if vehicle or (plain and runs[0].data.get("figure")):
         print(_as_the_scenario_says(runs[0].bag.path, trust, path, vehicle))
         return
-    panels = over_time.panels(runs, names) if names else over_time.first_panels(runs)
-    axis = over_time.panels(runs, [over]) if over else None
-    events = [mark for run in runs for mark in marks(run)[0]] if axis is None and len(runs) == 1 else []
-    path, thinned = over_time.draw(panels, path, _title(runs), axis, *window, events)
+    with working(f"drawing {path}", True):
+        panels = over_time.panels(runs, names) if names else over_time.first_panels(runs)
+        axis = over_time.panels(runs, [over]) if over else None
+        events = [mark for run in runs for mark in marks(run)[0]] if axis is None and len(runs) == 1 else []
+        path, thinned = over_time.draw(panels, path, _title(runs), axis, *window, events)
     if thinned:
         status(f"{thinned} messages of a topic are more than a picture shows: the extremes of each stretch are drawn")
     for run in runs:

@@ -1,5 +1,6 @@
 """The command line as a user meets it: tables, help, JSON, and a sentence with status 2 for everything that is wrong."""
 
+import io
 import json
 import re
 from pathlib import Path
@@ -84,6 +85,26 @@ def test_tables_can_be_read_at_80_columns(flight, toy_file, monkeypatch, tmp_pat
         assert "\u2026" not in out, command
         for name in names:
             assert name in out, (command, name)
+
+
+def test_progress_says_what_is_known_and_names_are_no_markup(monkeypatch):
+    """An end that nobody knows is not told, and brackets in the name of a file stand for themselves."""
+    screen = io.StringIO()
+    monkeypatch.setattr(show, "_errors", show._Console(file=screen, force_terminal=True, width=80))
+    with show.working("reading [/bold]", True):
+        pass
+    with show.steps("verify [/red]", True) as advance:
+        advance(3.25, None, "s [/dim]")
+        advance(7.0, 60.0, "s simulated")
+    told = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", screen.getvalue())
+    for part in ("reading [/bold]", "verify [/red]", "7 of 60"):
+        assert part in told, told
+    assert "None" not in told
+    table = show.fields_table([])
+    table.title, table.columns[0].header = "[/bold]x", "delay [s]"
+    with show.console.capture() as shown:
+        show.console.print(table)
+    assert "[/bold]x" in shown.get() and "delay [s]" in shown.get()
 
 
 def test_list_of_a_scenario_shows_units_in_brackets(flight):
