@@ -1,6 +1,7 @@
 """Builds the handbook as a site: `make docs`, or `python docs/build.py [--out FOLDER] [--execute]`.
 
-Pages are those of docs/, and those that are made of the declarations: components, papers, the Python interface. A warning is an error.
+Pages are those of docs/, and those that are made of the declarations: components, papers, the Python interface. A warning
+is an error.
 """
 
 import argparse
@@ -15,7 +16,8 @@ sys.path[:0] = [str(DOCS), str(ROOT)]
 
 
 def main() -> int:
-    options = argparse.ArgumentParser(description=__doc__.splitlines()[0], epilog="Example: python docs/build.py --out /tmp/site")
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0],
+                                      epilog="Example: python docs/build.py --out /tmp/site")
     options.add_argument("--out", type=Path, default=ROOT / "build/site", help="the site's folder, made anew (build/site)")
     options.add_argument("--execute", action="store_true", help="run the notebooks, so that their pictures are shown")
     options.add_argument("--quiet", action="store_true", help="say what is wrong and no more")

@@ -49,8 +49,8 @@ OPTIONS = {"flight_math": ["   :exclude-members: kernel"], "flight_math.elementa
 
 def write(stage) -> None:
     """The index and a page for each section."""
-    lines = [f"# {INDEX}", "", "Public modules by purpose. A kernel's mathematics is told in [values](../values.md), a component of "
-             "your own in [extend](../extend.md), reading a bag in [bags](../bags.md#in-a-notebook).", "",
+    lines = [f"# {INDEX}", "", "Public modules by purpose. A kernel's mathematics is told in [values](../values.md), a "
+             "component of your own in [extend](../extend.md), reading a bag in [bags](../bags.md#in-a-notebook).", "",
              "| page | for | modules |", "|---|---|---|"]
     lines += [f"| [{title}]({name}.md) | {purpose} | {', '.join(f'`{module}`' for module in modules)} |"
               for name, (title, purpose, modules) in SECTIONS.items()]
@@ -58,7 +58,8 @@ def write(stage) -> None:
     for name, (title, purpose, modules) in SECTIONS.items():
         parts = [f"# {title}", "", purpose]
         for module in modules:
-            parts += ["", f"## `{module}`", "", f"[source](../../{_file(module)})", "", "```{eval-rst}", f".. automodule:: {module}", "   :members:",
+            parts += ["", f"## `{module}`", "", f"[source](../../{_file(module)})", "", "```{eval-rst}",
+                      f".. automodule:: {module}", "   :members:",
                       *OPTIONS.get(module, ["   :ignore-module-all:"]), "```"]
         stage.write(f"api/{name}.md", "\n".join(parts) + "\n")
 

@@ -6,8 +6,6 @@ import sys
 from functools import cache
 from pathlib import Path
 
-from pages.staging import ROOT
-
 from flight_graph.bags.message_types import field_trees
 from flight_graph.bags.units import field_units
 from flight_graph.components import registry
@@ -17,6 +15,7 @@ from flight_graph.faults import fault_types
 from flight_graph.graphs import source
 from flight_graph.requirements import requirements_file
 from msg_schemas.signal import Signal
+from pages.staging import ROOT
 
 PACKAGES = {"cubli_ros": "Flight software of the Cubli rover", "spacerobot_ros": "Flight software of the space robot",
             "lander_ros": "Flight software of the asteroid lander", "sim_nodes": "Simulated truth: plants and sensors"}
@@ -26,9 +25,9 @@ EXAMPLES = 3  # fields that are named in the table of faults
 def write(stage) -> None:
     """The index and a page for each component."""
     found = registry.components()
-    lines = ["# Components", "", "What each component promises, what it reads and says, how it is set, what it does on bad input, which "
-             "requirements it serves and where that is tested. Frames and their names: [frames](../frames.md); what every kernel keeps "
-             "to: [component](../component.md#what-a-kernel-may-not-do-and-what-it-is-told).", ""]
+    lines = ["# Components", "", "What each component promises, what it reads and says, how it is set, what it does on bad "
+             "input, which requirements it serves and where that is tested. Frames: [frames](../frames.md). "
+             "What every kernel keeps to: [component](../component.md#what-a-kernel-may-not-do-and-what-it-is-told).", ""]
     for package, title in PACKAGES.items():
         lines += [f"## {title}", "", "| component | what it is |", "|---|---|"]
         lines += [f"| [{name.partition('/')[2]}]({name}.md) | {cell(described(component).summary)} |"
@@ -40,12 +39,12 @@ def write(stage) -> None:
 
 def page(name: str, component: type[Component]):
     """The lines of a component's page."""
-    told, executable = described(component), name.partition("/")[2]
+    told = described(component)
     module = component.__module__
-    yield from [f"# {executable}", "", told.summary, "",
+    yield from [f"# {name}", "", told.summary, "",
                 f"`{name}`, class `{component.__name__}` in [{module}]({_file(module)}); {component.rate_hz:g} Hz unless a "
                 f"scenario says otherwise. By itself: `flight node {name.replace('/', ' ')}`.", ""]
-    yield from ["## What it promises", "", told.promises, ""]
+    yield from ["## What it promises", "", _sentence(told.promises), ""]
     yield from _ports(component)
     yield from _parameters(component)
     yield from _bad_input(component, told)
@@ -56,24 +55,29 @@ def page(name: str, component: type[Component]):
 
 
 def _ports(component):
-    yield from ["## Ports", "", "| port | | topic | message | frame | rate | what it carries |", "|---|---|---|---|---|---|---|"]
+    yield from ["## Ports", "", "| port | topic, message | frame, rate | what it carries |", "|---|---|---|---|"]
     for way, ports in (("in", component.inputs), ("out", component.outputs)):
         for port, signal in ports.items():
             optional = ", may be left out" if port in component.optional_inputs else ""
-            rate = f"{component.output_rate_hz.get(port, component.rate_hz):g} Hz" if way == "out" else ""
             frame = signal.fixed.get("header.frame_id", "")
-            yield (f"| `{port}` | {way}{optional} | `/{signal.topic}` | {signal.type_name.replace('/msg/', '/')} | "
-                   f"{f'`{frame}`' if frame else ''} | {rate} | {cell(signal.doc)} |")
+            rate = f"{component.output_rate_hz.get(port, component.rate_hz):g} Hz" if way == "out" else ""
+            yield _port(f"`{port}`<br>{way}{optional}", signal.topic, signal.type_name, frame, rate, signal.doc)
     for made in component.formatted:
-        yield (f"| `{made.port}` | out | `/{made.topic.lstrip('/')}` | {made.type_name.replace('/msg/', '/')} | | "
-               f"{'once' if made.once else 'as its port'} | {cell((made.function.__doc__ or '').strip().partition(chr(10))[0])} |")
+        told = (made.function.__doc__ or "").strip().partition("\n")[0]
+        yield _port(f"`{made.port}`<br>out", made.topic.lstrip("/"), made.type_name, "", "once" if made.once else "", told)
     yield ""
     signals = {signal.topic: signal for signal in [*component.inputs.values(), *component.outputs.values()]}
-    yield from ["| topic | quantity | numbers | unit | meaning |", "|---|---|---|---|---|"]
+    yield from ["| quantity | numbers | unit | meaning |", "|---|---|---|---|"]
     for topic, signal in signals.items():
+        yield f"| **`/{topic}`** | | | |"
         for quantity, numbers, unit, meaning in _quantities(signal):
-            yield f"| `/{topic}` | `{quantity}` | {numbers} | {unit} | {cell(meaning)} |"
+            yield f"| `{quantity}` | {numbers} | {unit} | {cell(meaning)} |"
     yield ""
+
+
+def _port(port, topic, type_name, frame, rate, told):
+    where = "<br>".join(part for part in (f"`{frame}`" if frame else "", rate.replace(" ", "&nbsp;")) if part)
+    return f"| {port} | `/{topic}`<br>{type_name.replace('/msg/', '/')} | {where} | {cell(told)} |"
 
 
 def _quantities(signal: Signal):
@@ -109,18 +113,18 @@ def _parameters(component):
         only = "".join(f"; with `{name}` {' or '.join(words)}" for name, words in entry.used_if)
         yield (f"| `{entry.name}` | {_short(defaults[entry.name])} | {cell(entry.range_text)} | {cell(entry.doc + only)} | "
                f"{cell(entry.source)} |")
-    yield from ["", "A value that is not allowed, not finite or of the wrong length is refused before anything runs, by the scenario's "
-                "check, `--set`, and the node's parameter service alike.", ""]
+    yield from ["", "A value that is not allowed, not finite or of the wrong length is refused before anything runs, by "
+                "the scenario's check, `--set`, and the node's parameter service alike.", ""]
 
 
 def _bad_input(component, told):
-    yield from ["## On bad input", "", told.bad_input, ""]
+    yield from ["## On bad input", "", _sentence(told.bad_input), ""]
     if component.faults:
         yield from ["It ends the run, with the sentence that is filled in, when:", ""]
         yield from [f"- {cell(sentence)}" for sentence in component.faults.values()]
         yield ""
-    yield from ["An output that is not finite ends the run and names component, field and time. A message of another type, length, "
-                "frame or names is refused by its reader.", ""]
+    yield from ["An output that is not finite ends the run and names component, field and time. A message of another type, "
+                "length, frame or names is refused by its reader.", ""]
 
 
 @cache
@@ -181,14 +185,15 @@ def _tests(name, component):
     words += [rf"from {law.rpartition('.')[0]} import [^\n]*\b{law.rpartition('.')[2]}\b"
               for law in (component.__module__, *_laws(component))]
     pattern = re.compile("|".join(words))
-    rows = [f"| [{path.relative_to(ROOT / 'tests').as_posix()}](../../../{path.relative_to(ROOT).as_posix()}) | {cell(about)} |"
-            for path, (text, about) in _test_files().items() if pattern.search(text)]
+    rows = [f"| [{path.relative_to(ROOT / 'tests').as_posix()}](../../../{path.relative_to(ROOT).as_posix()}) | "
+            f"{cell(about)} |" for path, (text, about) in _test_files().items() if pattern.search(text)]
     golden = [one for one, used in _flown().items() if name in used and (ROOT / "bags" / one).is_dir()]
     yield from ["## Where it is tested", ""]
     if rows:
         yield from ["| tests of it and of its equations | what they hold |", "|---|---|", *rows, ""]
     if golden:
-        yield from [f"Golden bags, run again bit for bit in every engine: {', '.join(f'`bags/{one}`' for one in golden)}.", ""]
+        bags = ", ".join(f"`bags/{one}`" for one in golden)
+        yield from [f"Golden bags, run again bit for bit in every engine: {bags}.", ""]
 
 
 def _faults(component):
@@ -197,7 +202,8 @@ def _faults(component):
     outputs = [f"NAME.{port}.{path}" for port, signal in component.outputs.items() for path in _fields(signal)]
     inputs = [f"NAME <- {port}.{path}" for port, signal in component.inputs.items() for path in _fields(signal)]
     state = [f"NAME.state.{entry}" for entry in component.state.entries]
-    parameters = [f"NAME.parameters.{entry.name}" for entry in component.parameters.entries.values() if entry.kind == "float"]
+    parameters = [f"NAME.parameters.{entry.name}" for entry in component.parameters.entries.values()
+                  if entry.kind == "float"]
     for kind, places in ((fault_types.OUTPUT, outputs), (fault_types.INPUT, inputs), (fault_types.STATE, state),
                          (fault_types.PARAMETER, parameters),
                          (fault_types.OUTPUT_MESSAGE, [f"NAME.{port}" for port in component.outputs]),
@@ -250,6 +256,11 @@ def _quoted(text):
 def _file(module: str) -> str:
     """The link from a component's page to the page of a module's file."""
     return "../../../" + Path(sys.modules[module].__file__).relative_to(ROOT).as_posix()
+
+
+def _sentence(text: str) -> str:
+    """A part of a docstring as a paragraph of its own."""
+    return re.sub(r"([*|])", r"\\\1", text[:1].upper() + text[1:]).replace("<", "&lt;")
 
 
 def _short(value) -> str:

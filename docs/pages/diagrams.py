@@ -19,8 +19,8 @@ def html(source: str) -> str:
     direction, boxes, edges = _parsed(source)
     layers = _layers(boxes, edges)
     places, width, height = _placed(direction, boxes, layers)
-    back = 60.0 if any(layers[a] >= layers[b] for a, b, _, _ in edges) else 0.0
-    lines = [_edge(direction, places[a], places[b], label, dotted, layers[a] >= layers[b], height)
+    back = 60.0 if any(layers[a] > layers[b] for a, b, _, _ in edges) else 0.0
+    lines = [_edge(direction, places[a], places[b], label, dotted, layers[a] > layers[b], height)
              for a, b, label, dotted in edges]
     shapes = [_box(*places[name], text) for name, text in boxes.items() if text]
     return (f'<div class="diagram"><svg viewBox="0 0 {width:.0f} {height + back:.0f}" style="max-width:{width:.0f}px" '
@@ -91,13 +91,15 @@ def _edge(direction, a, b, label, dotted, is_back, height):
     else:
         path = f"M{a[0] + a[2]:.0f} {ay:.0f} L{b[0]:.0f} {by:.0f}"
         middle = ((a[0] + a[2] + b[0]) / 2, (ay + by) / 2 - 6.0)
-    middle = middle or ((a[0] + a[2] + b[0]) / 2, ay - 8.0)
-    text = "".join(f'<text x="{middle[0]:.0f}" y="{middle[1] + LINE * number - LINE * (len(label) - 1) / 2:.0f}" class="label">'
-                   f"{escape(line)}</text>" for number, line in enumerate(label) if line)
+    middle = middle or ((a[0] + a[2] + b[0]) / 2, a[1] - 8.0)
+    first = middle[1] - LINE * (len(label) - 1) / 2
+    text = "".join(f'<text x="{middle[0]:.0f}" y="{first + LINE * number:.0f}" class="label">{escape(line)}</text>'
+                   for number, line in enumerate(label) if line)
     return f'<path d="{path}" class="edge{" dotted" if dotted else ""}" marker-end="url(#tip)"></path>{text}'
 
 
 def _box(x, y, width, height, text):
-    lines = "".join(f'<text x="{x + width / 2:.0f}" y="{y + PADDING / 2 + LINE * (number + 0.75):.0f}">{escape(line)}</text>'
+    first = y + PADDING / 2 + 0.75 * LINE
+    lines = "".join(f'<text x="{x + width / 2:.0f}" y="{first + LINE * number:.0f}">{escape(line)}</text>'
                     for number, line in enumerate(text))
     return f'<rect x="{x:.0f}" y="{y:.0f}" width="{width:.0f}" height="{height:.0f}" rx="6"></rect>{lines}'

@@ -1,8 +1,8 @@
 """The folder that Sphinx reads: the handbook's files, with links that lead out of docs/ turned into pages of the site.
 
 A page of the handbook is plain Markdown, which any forge shows: files of the repository are linked as ``../examples/x.py``.
-Here such a file becomes a page under ``files/`` with numbered lines (``files/examples/x.py.html#L12``), and a folder the list
-of its files.
+Here such a file becomes a page under ``files/`` with numbered lines (``files/examples/x.py.html#L12``), and a folder the
+list of its files.
 """
 
 import os
@@ -36,7 +36,7 @@ pre a:target {{ background: Highlight; }}
 
 @dataclass
 class Stage:
-    """folder: what Sphinx reads; extra: what is put beside its pages as it is. wanted: the files and folders that are linked."""
+    """folder: what Sphinx reads; extra: what goes beside its pages as it is; wanted: files and folders that are linked."""
 
     folder: Path
     extra: Path

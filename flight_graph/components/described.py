@@ -8,8 +8,8 @@
         Bad input: ...
         \"\"\"
 
-A promise is what a reader of the outputs may count on, with units and frames. Bad input is what is done about messages that are
-missing, late, wrong or not finite.
+A promise is what a reader of the outputs may count on, with units and frames. Bad input is what is done about messages that
+are missing, late, wrong or not finite.
 """
 
 import inspect
