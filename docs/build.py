@@ -5,6 +5,7 @@ is an error.
 """
 
 import argparse
+import gc
 import os
 import shutil
 import sys
@@ -30,6 +31,7 @@ def main() -> int:
     except ModuleNotFoundError as error:
         print(f"docs: {error.name} is not installed; `make docs` installs what the site needs", file=sys.stderr)
         return 2
+    gc.disable()  # a build lives for seconds, and its trees are full of circles
     from pages.staging import Stage
     from pages.whole import write
     out = chosen.out.absolute()

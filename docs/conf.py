@@ -31,6 +31,7 @@ nb_execution_timeout = 300  # [s] a cell
 nb_execution_raise_on_error = True
 nb_merge_streams = True
 highlight_language = "text"
+smartquotes = False
 default_role = "code"
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"

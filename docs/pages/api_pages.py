@@ -62,6 +62,9 @@ def write(stage) -> None:
                       f".. automodule:: {module}", "   :members:",
                       *OPTIONS.get(module, ["   :ignore-module-all:"]), "```"]
         stage.write(f"api/{name}.md", "\n".join(parts) + "\n")
+    for module in OPTIONS:
+        public = importlib.import_module(module)
+        stage.wanted |= set(filter(None, (_place(getattr(public, name))[0] for name in public.__all__)))
 
 
 def _file(module: str) -> str:
@@ -74,8 +77,17 @@ def source_of(module: str, name: str) -> str | None:
         thing = importlib.import_module(module)
         for part in name.split("."):
             thing = inspect.getattr_static(thing, part)
-        thing = inspect.unwrap(getattr(thing, "py_func", getattr(thing, "fget", getattr(thing, "__func__", thing))))
-        path, line = Path(inspect.getsourcefile(thing)), inspect.getsourcelines(thing)[1]
-    except (ImportError, AttributeError, TypeError, OSError):
+    except (ImportError, AttributeError):
         return None
-    return f"../{page_of(path)}#L{line}" if path.is_relative_to(ROOT) and "site-packages" not in path.parts else None
+    path, line = _place(thing)
+    return f"../{page_of(path)}#L{line}" if path else None
+
+
+def _place(thing) -> tuple[Path | None, int]:
+    """File and line of a class, function or method of this project; None and 0 of anything else."""
+    thing = inspect.unwrap(getattr(thing, "py_func", getattr(thing, "fget", getattr(thing, "__func__", thing))))
+    try:
+        path, line = Path(inspect.getsourcefile(thing)), inspect.getsourcelines(thing)[1]
+    except (TypeError, OSError):
+        return None, 0
+    return (path, line) if path.is_relative_to(ROOT) and "site-packages" not in path.parts else (None, 0)

@@ -173,7 +173,7 @@ def _requirements(name):
 def _test_files() -> dict[Path, tuple[str, str]]:
     """File of tests -> its text, and the first sentence of what it says of itself."""
     found = {}
-    for path in sorted((ROOT / "tests").rglob("test_*.py")):
+    for path in sorted({*(ROOT / "tests").rglob("test_*.py")} - {*(ROOT / "tests/site").iterdir()}):
         text = path.read_text(encoding="utf-8")
         found[path] = text, (ast.get_docstring(ast.parse(text)) or "").partition("\n\n")[0].replace("\n", " ")
     return found
@@ -245,12 +245,20 @@ def _law(component):
 
 
 def _quoted(text):
-    """A module's prose as a quotation; its indented examples and equations as they stand."""
-    for line in text.splitlines():
-        if line.startswith("    "):
-            yield f">     {line.strip()}"
+    """A module's prose as a quotation; equations, tables and what is set in columns as they stand."""
+    for paragraph in text.split("\n\n"):
+        lines = paragraph.splitlines()
+        if any(line.startswith("    ") or re.search(r"\S {3,}\S", line) for line in lines):
+            yield from ["> ```text", *(f"> {line}" for line in lines), "> ```", ">"]
         else:
-            yield "> " + re.sub(r"([*_<|])(?![^`]*`[^`]*$)", r"\\\1", line) if line else ">"
+            yield from [*(f"> {line}" for line in _escaped(paragraph).splitlines()), ">"]
+
+
+def _escaped(text: str) -> str:
+    """Prose with what would mean something to Markdown escaped, but for code in backticks."""
+    parts = re.split(r"(``?[^`]+``?)", text)
+    return "".join(part if number % 2 else re.sub(r"([*_|\\])", r"\\\1", part).replace("<", "&lt;")
+                   for number, part in enumerate(parts))
 
 
 def _file(module: str) -> str:
@@ -260,7 +268,7 @@ def _file(module: str) -> str:
 
 def _sentence(text: str) -> str:
     """A part of a docstring as a paragraph of its own."""
-    return re.sub(r"([*|])", r"\\\1", text[:1].upper() + text[1:]).replace("<", "&lt;")
+    return _escaped(text[:1].upper() + text[1:])
 
 
 def _short(value) -> str:

@@ -23,7 +23,7 @@ def as_restructured_text(lines: list[str]) -> list[str]:
 
 
 def _block(lines):
-    if all(line.startswith("  ") for line in lines):
+    if all(line.startswith("  ") for line in lines) or any(re.search(r"\S {3,}\S", line) for line in lines):
         return ["::", "", *(f"    {line}" for line in lines)]
     if _ITEM.match(lines[0]):
         return _items(lines)
