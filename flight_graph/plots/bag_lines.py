@@ -31,6 +31,7 @@ class BagLines:
 
     @property
     def topics(self) -> list[str]:
+        """The topics of the bag."""
         return list(self.bag.topics)
 
     def series(self, topic: str) -> list[Series]:
