@@ -13,8 +13,9 @@ INDEX = "Python interface"
 SECTIONS = {  # page -> its title, what it is for, its modules
     "bags": ("Reading bags", "Any bag as NumPy arrays; a run's bag with its scenario; comparing and exporting.", (
         "flight_graph.bags.reader", "flight_graph.bags.topics", "flight_graph.bags.layout", "flight_graph.bags.errors",
-        "flight_graph.bags.diff", "flight_graph.bags.export", "flight_graph.recordings.recording",
-        "flight_graph.recordings.recorded_run", "flight_graph.recordings.comparison", "flight_graph.replays.verify")),
+        "flight_graph.bags.diff", "flight_graph.bags.export", "flight_graph.bags.series",
+        "flight_graph.recordings.recording", "flight_graph.recordings.recorded_run",
+        "flight_graph.recordings.comparison", "flight_graph.replays.verify")),
     "runs": ("Scenarios and runs", "Load a scenario, run it in any engine, its metrics.", (
         "flight_graph.graphs.scenario", "flight_graph.graphs.source", "flight_graph.runs", "flight_graph.engines.compiled",
         "flight_graph.engines.checkpoint", "flight_graph.graphs.graph", "flight_graph.graphs.metrics",
@@ -42,7 +43,7 @@ SECTIONS = {  # page -> its title, what it is for, its modules
         "flight_graph.requirements.evidence")),
     "seeing": ("Scenes and pictures", "What a vehicle looks like, where it is, and numbers over time.", (
         "flight_graph.scenes.scene", "flight_graph.scenes.finding", "flight_graph.scenes.motion",
-        "flight_graph.viewers.rerun_stream", "flight_graph.plots.series")),
+        "flight_graph.viewers.rerun_stream", "flight_graph.plots.bag_lines")),
 }
 OPTIONS = {"flight_math": ["   :exclude-members: kernel"], "flight_math.elementary": []}  # what is exported from elsewhere
 
