@@ -1,5 +1,5 @@
-"""The page of the lander's campaign: how long it takes and how large it is; and the pictures of docs/reports.md, of it and of
-the page of the rover's run.
+"""The page of the lander's campaign: how long it takes and how large it is; and the pictures of docs/reports.md, of it and
+of the page of the rover's run.
 
     python benchmarks/report_page.py [--runs N] [--pictures docs/images]
 
