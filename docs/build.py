@@ -9,6 +9,7 @@ import gc
 import os
 import shutil
 import sys
+import tempfile
 from pathlib import Path
 
 DOCS = Path(__file__).resolve().parent
@@ -23,7 +24,7 @@ def main() -> int:
     options.add_argument("--execute", action="store_true", help="run the notebooks, so that their pictures are shown")
     options.add_argument("--quiet", action="store_true", help="say what is wrong and no more")
     chosen = options.parse_args()
-    os.environ["NUMBA_DISABLE_JIT"] = "1"
+    os.environ["NUMBA_DISABLE_JIT"] = "1"  # kernels are read here, not compiled
     if chosen.execute:
         os.environ["HANDBOOK_NOTEBOOKS"] = "force"
     try:
@@ -35,20 +36,19 @@ def main() -> int:
     from pages.staging import Stage
     from pages.whole import write
     out = chosen.out.absolute()
-    source, files = out.parent / f"{out.name}.source", out.parent / f"{out.name}.files"
     if out.exists() and not _is_site(out):
         print(f"docs: {out} is there and is no site; name another folder: --out FOLDER", file=sys.stderr)
         return 2
-    for made in (out, source, files):
-        shutil.rmtree(made, ignore_errors=True)
-        made.mkdir(parents=True)
-    write(Stage(source, files))
-    os.environ["HANDBOOK_FILES"] = str(files)
-    kept = out / ".kept"
-    arguments = ["-c", str(DOCS), "-d", str(kept), "-W", "--keep-going", "-b", "html"]
-    status = build_main([*arguments, *(["-q"] if chosen.quiet else []), str(source), str(out)])
-    for made in (source, files, kept):
-        shutil.rmtree(made, ignore_errors=True)
+    shutil.rmtree(out, ignore_errors=True)
+    with tempfile.TemporaryDirectory(prefix="handbook-") as work:
+        source, files, kept = (Path(work, name) for name in ("docs", "files", "kept"))
+        source.mkdir()
+        files.mkdir()
+        write(Stage(source, files))
+        os.environ["HANDBOOK_FILES"] = str(files)
+        del os.environ["NUMBA_DISABLE_JIT"]  # numba has read it; what notebooks start compiles
+        arguments = ["-c", str(DOCS), "-d", str(kept), "-W", "--keep-going", "-b", "html"]
+        status = build_main([*arguments, *(["-q"] if chosen.quiet else []), str(source), str(out)])
     if status:
         print(f"docs: the site has what stands above; it is not complete ({out})", file=sys.stderr)
         return 1
@@ -57,7 +57,9 @@ def main() -> int:
 
 
 def _is_site(folder) -> bool:
-    return not any(folder.iterdir()) or any((folder / name).exists() for name in ("objects.inv", ".kept"))
+    """Whether a build may replace the folder: it is empty, or one that a build has made."""
+    return folder.is_dir() and (not any(folder.iterdir()) or any(
+        (folder / name).exists() for name in ("objects.inv", "_static/basic.css")))
 
 
 if __name__ == "__main__":
