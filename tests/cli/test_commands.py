@@ -37,6 +37,11 @@ def test_help_names_an_example(flight, command):
     assert status == 0 and "Example: flight " in out
 
 
+def test_help_keeps_units_in_brackets(flight):
+    for command, unit in (("fault", "How long it lasts [s]"), ("design", "Surface gravity [m/s^2]")):
+        assert unit in flight(command, "--help")[1]
+
+
 def test_list_shows_scenarios_by_vehicle_and_components(flight):
     status, out, _ = flight("list")
     assert status == 0 and "cubli_ros/appc_controller" not in out
