@@ -74,8 +74,11 @@ def continued(text: str, settings: dict | None = None, duration_s: float | None 
     run = open_recorded(path, trust)
     tick = tick_at(seconds, run.scenario.graph.base_ns, f"{option} {short(text)}")
     memory = memory_at(run, tick, progress, compiling)
-    return branch(run.scenario, memory, path.resolve().name, settings or {}, duration_s,
+    made = branch(run.scenario, memory, path.resolve().name, settings or {}, duration_s,
                   [run.changes_sentence()] if run.changed else [])
+    if run.scenario.foreign and not run.complete:
+        _refuse_unsaid(run.scenario, made.scenario.duration_ns, run.recorded_until_ns)
+    return made
 
 
 def taken_back(path: Path, t_ns: int) -> Continuation:
@@ -133,9 +136,8 @@ def branch(scenario: Scenario, memory: Checkpoint, parent: str, settings: dict, 
     if scenario.foreign:
         _refuse_unheard(scenario, changes)
     changed = _with(scenario, settings, memory.tick) if settings else scenario
-    if scenario.foreign and changed.ticks > scenario.ticks:
-        raise FlightError(f"--duration: {' and '.join(scenario.foreign)} stands for a foreign node; what it would have said "
-                          f"after t = {scenario.duration_ns / SECOND:.9g} s is not in the bag")
+    if scenario.foreign:
+        _refuse_unsaid(scenario, changed.duration_ns, scenario.duration_ns)
     if memory.tick >= changed.ticks:
         raise FlightError(f"at t = {memory.t_ns / SECOND:.9g} s the run of {changed.duration_ns / SECOND:g} s is over; "
                           "--duration SECONDS goes on")
@@ -151,6 +153,13 @@ def _refuse_unheard(scenario: Scenario, changes: dict) -> None:
         if found := [one for one in scenario.foreign if one in heard]:
             raise FlightError(f"--set {key}: {' and '.join(found)} stands for a foreign node, which this reaches; what it "
                               "would have answered to a change is not in the bag")
+
+
+def _refuse_unsaid(scenario: Scenario, end_ns: int, known_ns: int) -> None:
+    """Refuse to go on to a time for which nobody knows what a foreign node would have said. Raises FlightError."""
+    if end_ns > known_ns:
+        raise FlightError(f"--duration: {' and '.join(scenario.foreign)} stands for a foreign node; what it would have "
+                          f"said after t = {known_ns / SECOND:.9g} s is not in the bag")
 
 
 def reached(scenario: Scenario, name: str) -> set[str]:

@@ -193,8 +193,8 @@ def foreign_sentences(scenario: Scenario, pace: str, domain: int) -> list[str]:
         answers = component.outputs and component.inputs and pace == "lockstep"
         stamp = ", with the stamp of what it answers" if answers else ""
         frames = f"; its frames begin with {ros(component.namespace)}/" if component.namespace else ""
-        found.append(f"{name} is a foreign node, which is waited for: it {' and '.join(does)}{stamp}{frames}; start it with "
-                     f"ROS_DOMAIN_ID={domain}")
+        found.append(f"{name} is a foreign node, which is waited for: it {' and '.join(does)}{stamp}{frames}; start it "
+                     f"with ROS_DOMAIN_ID={domain}")
     return found
 
 

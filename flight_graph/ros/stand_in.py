@@ -138,7 +138,8 @@ class StandIn(ManagedNode):
             raise FlightError(f"{self.get_name()}: give it stands_for, a foreign node of graph.scenario")
         graph = recorder.read_scenario(scenario_file).graph
         self.component = graph.nodes[self.stands_for].component
-        own = {stand_in_of(name) if node.is_foreign else ros(name) for name, node in graph.nodes.items()} | {RECORDER}
+        own = {stand_in_of(name) if node.is_foreign else ros(name) for name, node in graph.nodes.items()} | {RECORDER,
+               self.get_name()}
         self._known = {f"{self.get_namespace().rstrip('/')}/{name}" for name in own}
         self.settings = declare(self, self.component)
         tape = declare_once(self, "tape", "", None)
@@ -173,17 +174,18 @@ class StandIn(ManagedNode):
     def run(self) -> None:
         """Stand in from the start of the run to its end. Raises FlightError, Stopped."""
         settings, begin_ns = self.settings, self.memory.begin_ns
+        period_ns = settings.period_ns
         clock = None if any(source.period_ns for source in settings.sources.values()) else ClockInput(self)
         matching.match(self, self.unmatched)
         self.progress.tell(begin_ns)
-        for t_ns in range(-(-begin_ns // settings.period_ns) * settings.period_ns, settings.duration_ns, settings.period_ns):
+        for t_ns in range(-(-begin_ns // period_ns) * period_ns, settings.duration_ns, period_ns):
             self.check_alive()
             if clock:
                 clock.wait_until(t_ns, self)
             lockstep.join(self, t_ns)
             for answers in self.answers.values():
                 answers.wait_for(t_ns)
-            self.progress.tell(t_ns + settings.period_ns)
+            self.progress.tell(t_ns + period_ns)
         self.progress.tell(settings.duration_ns, now=True)
 
     def summary(self) -> dict:
