@@ -1,7 +1,7 @@
 """Runs taken up at random ticks, of each vehicle and of a graph of several: every byte is that of the run itself.
 
     python benchmarks/continuations.py            # in process: 50 ticks of each; steps back; resets
-    python benchmarks/continuations.py --nodes    # and three of them as ROS nodes, from checkpoints of the compiled run
+    python benchmarks/continuations.py --nodes    # as ROS nodes instead, from three ticks of a compiled run
 
 Times are of this machine.
 """
@@ -96,16 +96,16 @@ def as_nodes(name, seconds, count) -> int:
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
-    parser.add_argument("--nodes", action="store_true", help="also as ROS nodes")
-    given = parser.parse_args()
+    parser.add_argument("--nodes", action="store_true", help="as ROS nodes instead")
+    if parser.parse_args().nodes:
+        words, seconds, count = AS_NODES
+        print(f"as nodes: {words}: {count} ticks, {as_nodes(VEHICLES[words][0], seconds, count)} messages, equal")
+        return
     print(f"{'vehicle':<24}{'scenario':<28}{'ticks':>8}{'messages, equal':>18}{'back 1000 ticks':>18}")
     for words, (name, seconds) in VEHICLES.items():
         scenario = load(name, {"duration_s": seconds})
         compared = continuations(scenario)
         print(f"{words:<24}{name:<28}{TICKS:>8}{compared:>18}{1e3 * step_back(scenario):>15.1f} ms", flush=True)
-    if given.nodes:
-        words, seconds, count = AS_NODES
-        print(f"as nodes: {words}: {count} ticks, {as_nodes(VEHICLES[words][0], seconds, count)} messages, equal")
     print(f"{RESETS} resets, runs and steps back: {growth()} KiB more")
 
 
