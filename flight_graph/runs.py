@@ -35,7 +35,8 @@ class Outcome:
 
 
 def new_folder(wanted: Path | None, scenario: Scenario, engine: str) -> Path:
-    """The bag's folder: ``wanted`` (refused when it exists), or the next free runs/<scenario>-<engine>-<n>."""
+    """The bag's folder: ``wanted`` (refused when it exists), or the next free runs/<scenario>-<engine>-<n>. Raises
+    FlightError."""
     if wanted is not None:
         _check_folder(wanted)
         if os.path.lexists(wanted):

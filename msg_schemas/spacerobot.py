@@ -56,7 +56,10 @@ class Topics:
 
 
 def topics(joint_names: list[str], body_names: list[str], prefix: str = "spacerobot") -> Topics:
-    """The topic table of a robot with these joints and bodies (one more than joints, the base first)."""
+    """The topic table of a robot with these joints and bodies (one more than joints, the base first).
+
+    Raises ValueError where their numbers do not fit.
+    """
     n = len(joint_names)
     if len(body_names) != n + 1:
         raise ValueError(f"{n} joints carry {n + 1} bodies with the base, not {len(body_names)}")

@@ -93,10 +93,12 @@ class Scenario:
 
     @property
     def name(self) -> str:
+        """What bags and error texts call it."""
         return self.file.name
 
     @property
     def seed(self) -> int:
+        """The seed that each component's own noise follows from."""
         return self.file.seed
 
     @property
@@ -271,7 +273,10 @@ def load(name_or_path: str, overrides: dict[str, Any] | None = None, case: int |
 
 
 def vary_case(scenario: Scenario, case: int, overrides: dict[str, Any] | None = None) -> Scenario:
-    """The scenario of case number ``case``. overrides: what was set by hand, which must not be varied as well."""
+    """The scenario of case number ``case``. overrides: what was set by hand, which must not be varied as well.
+
+    Raises FlightError.
+    """
     if scenario.vary is None:
         raise FlightError(f"{scenario.origin}: it has no 'vary' block, so it has no case {case}")
     values = scenario.vary.overrides(case)

@@ -65,6 +65,7 @@ class BagLines:
 
     @property
     def topics(self) -> list[str]:
+        """The topics of the bag."""
         return list(self.bag.topics)
 
     def quantities(self, topic: str) -> list[Quantity]:
