@@ -142,7 +142,7 @@ def branch(scenario: Scenario, memory: Checkpoint, parent: str, settings: dict, 
 
 def _past(entry: dict, settings: dict, t_ns: int) -> dict:
     """An event, with what a branch sets in the place of what the event has set by then."""
-    if round(entry["at_s"] * SECOND) > t_ns:
+    if round(entry["at_s"] * SECOND) > t_ns or "set" not in entry:
         return entry
     return {**entry, "set": {key: settings.get(key, value) for key, value in entry["set"].items()}}
 

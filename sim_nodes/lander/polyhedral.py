@@ -164,7 +164,7 @@ class PolyhedralPlant(LanderPlant):
     """The lander near a rotating polyhedron, a superellipsoid's or a user's mesh: body, thrusters, contact trigger."""
 
     parameters, state, room = polyhedral_parameters(LanderPlantParameters), polyhedral_state(LanderPlantState), ROOM
-    start, update = motion_kernels(prepare_site, POLYHEDRON)
+    start, update, place = motion_kernels(prepare_site, POLYHEDRON)
 
     @classmethod
     def resolve(cls, values, where, folder=None):

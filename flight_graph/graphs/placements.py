@@ -1,0 +1,57 @@
+"""Bodies that are put elsewhere while a graph runs: ``events: [{at_s: 20, place: {plant: {angular_velocity: [0.1, 0, 0]}}}]``.
+
+What moves is put before its first firing at the time or later, behind the parameters that are set and all that faults do
+there; what is not given of its motion stays. What the numbers mean for its state its component declares (the part ``place``).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flight_graph.components import placement
+from flight_graph.errors import FlightError, unknown
+from flight_graph.timebase import SECOND
+
+
+@dataclass(frozen=True)
+class Placed:
+    """Where one body is put at ``begin_ns``. given: in plain form; record: (1,) for the part ``place``."""
+
+    begin_ns: int
+    given: dict
+    record: np.ndarray
+
+    @classmethod
+    def of(cls, begin_ns: int, given: dict) -> "Placed":
+        """A placement of what was checked (`require`)."""
+        return cls(begin_ns, given, placement.record_of(given))
+
+
+def found(entries, nodes: dict, where: str) -> dict[str, list[Placed]]:
+    """node -> where it is put, in the order of time. entries: of a scenario's ``events``. Raises FlightError."""
+    made, seen = {}, {}
+    for number, entry in sorted(enumerate(entries), key=lambda item: item[1].at_s):
+        begin_ns = round(entry.at_s * SECOND)
+        for name, given in (entry.place or {}).items():
+            given = require(nodes, name, given, f"{where}[{number}].place")
+            if seen.setdefault((name, begin_ns), number) != number:
+                raise FlightError(f"{where}[{number}].place: {name} is put elsewhere at {entry.at_s:g} s by "
+                                  f"{where}[{seen[name, begin_ns]}] as well")
+            made.setdefault(name, []).append(Placed.of(begin_ns, given))
+    return made
+
+
+def require(nodes: dict, name: str, given: dict, where: str) -> dict:
+    """What is given of a body's motion, in plain form. Raises FlightError where there is no such body, or it is wrong."""
+    movable = [one for one, node in nodes.items() if node.component.place is not None]
+    if name not in nodes:
+        raise unknown("component that moves", str(name), movable, where)
+    if name not in movable:
+        raise FlightError(f"{where}: {name} cannot be put elsewhere (it declares no part 'place'); allowed: "
+                          f"{', '.join(movable) or 'none here'}")
+    return placement.checked(given, f"{where}.{name}")
+
+
+def as_entry(node: str, begin_ns: int, given: dict) -> dict:
+    """A placement as an entry of a scenario's ``events``."""
+    return {"at_s": begin_ns / SECOND, "place": {node: given}}
