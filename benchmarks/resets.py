@@ -19,6 +19,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+_FLIGHT = [sys.executable, "-c", "import sys; from flight_graph.cli import main; sys.exit(main())"]
 _LOOKS = 10  # rows of the table, about
 _STEPS, _TO_S = 10, 0.05
 
@@ -44,7 +45,7 @@ class Operator:
         if not client.wait_for_service(timeout_sec=60.0):
             sys.exit(f"the run offers no /simulation/{name}")
         future = client.call_async(self._type.Request())
-        self._rclpy.spin_until_future_complete(self._node, future, timeout_sec=120.0)
+        self._rclpy.spin_until_future_complete(self._node, future, timeout_sec=30.0)
         if not future.done() or not future.result().success:
             sys.exit(f"/simulation/{name}: {future.result().message if future.done() else 'no answer in 120 s'}")
         return future.result().message
@@ -89,8 +90,8 @@ def main() -> None:
     asked = options.parse_args()
     os.environ["ROS_DOMAIN_ID"] = str(asked.domain)
     with tempfile.TemporaryDirectory() as work:
-        run = subprocess.Popen([sys.executable, "-c", "from flight_graph.cli import main; main()", "run", asked.scenario, "--engine", "ros", "--control",
-                                "--pace", asked.pace, "--out", f"{work}/bag"], stdout=subprocess.DEVNULL)
+        run = subprocess.Popen([*_FLIGHT, "run", asked.scenario, "--engine", "ros", "--control", "--pace", asked.pace,
+                                "--out", f"{work}/bag"], stdout=subprocess.DEVNULL)
         try:
             reset_again_and_again(run, asked, Path(work))
         finally:

@@ -37,7 +37,7 @@ class Placement(Record):
 
 
 @dataclass(frozen=True)
-class Motion:
+class TrueMotion:
     """Where a body truly is, each as plain numbers; None: not known.
 
     position [m] (3,), orientation (4,), velocity [m/s] (3,), angular_velocity [rad/s] (3,), acceleration [m/s^2] (3,),
@@ -65,7 +65,7 @@ def checked(given: dict, where: str) -> dict:
         size = _size(found["orientation"])
         if abs(size - 1.0) > UNIT_TOLERANCE:
             raise FlightError(f"{where}.orientation: {found['orientation']} has norm {size:.6g}; allowed: a unit quaternion "
-                              f"x, y, z, w, within {UNIT_TOLERANCE:g} of 1")
+                              f"x, y, z, w within {UNIT_TOLERANCE:g} of 1")
     return found
 
 
@@ -103,18 +103,18 @@ def pose_signal(component):
     return next((signal for wanted in (ODOMETRY, POSE_MESSAGE) for signal in truth if signal.type_name == wanted), None)
 
 
-def motion_of_pose(component, outputs: dict) -> Motion:
+def motion_of_pose(component, outputs: dict) -> TrueMotion:
     """What the message of the true pose says; an odometry's velocities are in the axes of the body. outputs: port -> its
     record, fields by attribute.
     """
     wanted = pose_signal(component)
     record = next(outputs[port] for port, signal in component.outputs.items() if signal is wanted)
     if wanted.type_name == POSE_MESSAGE:
-        return Motion(record.pose.position.tolist(), record.pose.orientation.tolist())
+        return TrueMotion(record.pose.position.tolist(), record.pose.orientation.tolist())
     pose, twist = record.pose.pose, record.twist.twist
     turn = Quaternion(*pose.orientation.tolist())
     linear, angular = (list(rotate(turn, Vec3(*part.tolist())).parts()) for part in (twist.linear, twist.angular))
-    return Motion(pose.position.tolist(), pose.orientation.tolist(), linear, angular)
+    return TrueMotion(pose.position.tolist(), pose.orientation.tolist(), linear, angular)
 
 
 def frame_of(component) -> str:

@@ -30,8 +30,9 @@ EFFECT = table("op begin end every span when* when_end* key each ticks bit targe
 MEMORY = table("active onset latched since counted head filled")
 CHANNEL = table("origin* record* length visible* effects* effects_end* delivered")
 PLACEMENT = table("begin end record*")  # times [ns]
-OWN = table("ends* ends_end* effects* effects_end* channels* channels_end* placements* placements_end* parameters* nominal* "
-            "parameters_size state* fresh* state_size first* is_down")  # of a firing; first: of the component's first part, in its second
+# Of a firing; first: of the component's first part, in its second.
+OWN = table("ends* ends_end* effects* effects_end* channels* channels_end* placements* placements_end* parameters* "
+            "nominal* parameters_size state* fresh* state_size first* is_down")
 EFFECT_SIZE, CHANNEL_SIZE, PLACEMENT_SIZE = EFFECT.itemsize, CHANNEL.itemsize, PLACEMENT.itemsize
 PLACED = PLACEMENT.fields["record"][1]  # [bytes] into a row: there stands what the part ``place`` takes
 

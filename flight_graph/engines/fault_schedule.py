@@ -3,7 +3,8 @@
 Names of arrays, besides those of `flight_graph.engines.schedule`: E_ (an output behind its faults), S_ and F_ (an input on
 its way through its faults, and as its reader sees it), N_ (parameters before faults), Z_ (the state at the start), W_ (a
 signal that a condition reads), T_ (the ticks of a log whose messages are not regular), A_ (what a fault remembers), B_
-(numbers and messages that it keeps), C_ (the steps of its condition), G_ (all parameters from an event on, and what a body is put to).
+(numbers and messages that it keeps), C_ (the steps of its condition), G_ (all parameters from an event
+on, and where a body is put).
 """
 
 from dataclasses import dataclass

@@ -40,7 +40,7 @@ def bundles(function) -> tuple[bool, bool]:
 
 
 def records(component: type[Component], part: str) -> list[tuple[np.dtype, Kinds]]:
-    """Layout and kinds of a part's records: parameters, state, inputs, outputs; of ``place`` the placement in their stead."""
+    """Layout and kinds of a part's records: parameters, state, inputs, outputs; of ``place`` the placement last."""
     inputs, outputs = ports(component, part)
     signals = [component.inputs[port] for port in inputs] + [component.outputs[port] for port in outputs]
     own = [component.parameters, component.state, *([Placement] if part == "place" else [])]

@@ -1,7 +1,8 @@
-"""Bodies that are put elsewhere while a graph runs: ``events: [{at_s: 20, place: {plant: {angular_velocity: [0.1, 0, 0]}}}]``.
+"""Bodies that are put elsewhere while a graph runs, by events: ``{at_s: 20, place: {plant: {velocity: [0.1, 0, 0]}}}``.
 
 What moves is put before its first firing at the time or later, behind the parameters that are set and all that faults do
-there; what is not given of its motion stays. What the numbers mean for its state its component declares (the part ``place``).
+there. What is not given of its motion stays. Of two at the same time the later one in the list comes last. What the numbers
+mean for its state its component declares (the part ``place``).
 """
 
 from dataclasses import dataclass
@@ -29,15 +30,11 @@ class Placed:
 
 def found(entries, nodes: dict, where: str) -> dict[str, list[Placed]]:
     """node -> where it is put, in the order of time. entries: of a scenario's ``events``. Raises FlightError."""
-    made, seen = {}, {}
+    made = {}
     for number, entry in sorted(enumerate(entries), key=lambda item: item[1].at_s):
-        begin_ns = round(entry.at_s * SECOND)
         for name, given in (entry.place or {}).items():
             given = require(nodes, name, given, f"{where}[{number}].place")
-            if seen.setdefault((name, begin_ns), number) != number:
-                raise FlightError(f"{where}[{number}].place: {name} is put elsewhere at {entry.at_s:g} s by "
-                                  f"{where}[{seen[name, begin_ns]}] as well")
-            made.setdefault(name, []).append(Placed.of(begin_ns, given))
+            made.setdefault(name, []).append(Placed.of(round(entry.at_s * SECOND), given))
     return made
 
 

@@ -1,7 +1,7 @@
 """The node ``simulation``: services and parameters by which a controlled run is paused, stepped, taken back and ended.
 
 Parameters: ``rate`` (simulated seconds per wall second), ``reset_to_s`` (where a reset goes back to), ``steps`` (that one
-call of ~/step makes).
+call of ~/step makes), ``place`` (what one call of ~/place puts where).
 """
 
 import signal
@@ -14,6 +14,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 
+from flight_graph import yaml_text
 from flight_graph.errors import FlightError
 from flight_graph.ros import program, simulation_services, simulation_standard
 from flight_graph.ros import simulation_settings as said
@@ -52,7 +53,9 @@ class SimulationNode(Node):
             description="where a reset takes the run back to [s of simulated time]"))
         self.declare_parameter("steps", 1, ParameterDescriptor(description="that one call of ~/step makes [1]"))
         self.add_on_set_parameters_callback(self._on_set)
-        self.entities = Entities(self, scenario.graph)
+        self.declare_parameter("place", "", ParameterDescriptor(
+            description="what one call of ~/place puts where, as a scenario's events do: {ENTITY: {position: [0, 0, 1]}}"))
+        self.entities = Entities(scenario.graph)
         simulation_services.offer(self)
         simulation_standard.offer(self)
 
@@ -72,6 +75,11 @@ class SimulationNode(Node):
         """That one call makes."""
         return self.get_parameter("steps").value
 
+    @property
+    def placements(self) -> dict[str, dict]:
+        """What one call puts where, by entity. Raises FlightError."""
+        return self.entities.require(yaml_text.parse(self.get_parameter("place").value or "{}", "place"), "place")
+
     def _on_set(self, parameters):
         try:
             for parameter in parameters:
@@ -90,6 +98,8 @@ class SimulationNode(Node):
             if not abs(value) < 1e9:
                 raise FlightError(f"reset_to_s: {value} is not allowed; allowed: a time of the run in seconds")
             self.simulation.check_reset(round(value * SECOND))
+        elif name == "place" and value:
+            self.entities.require(yaml_text.parse(value, name), name)
         elif name == "steps" and value < 1:
             raise FlightError(f"steps: {value} is not allowed; allowed: at least 1")
 
@@ -100,6 +110,7 @@ class SimulationNode(Node):
                 self.simulation.take(report)
             self.reports.wait()
         self.simulation.close()
+        self.entities.close()
 
 
 def _why_no_reset(scenario, resets) -> str:

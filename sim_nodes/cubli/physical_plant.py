@@ -24,7 +24,7 @@ import numpy as np
 
 from cubli_ros.attitude import cardan_from_quaternion, quaternion_from_cardan
 from flight_graph.components.component import Component
-from flight_graph.components.placement import Motion
+from flight_graph.components.placement import TrueMotion
 from flight_graph.components.records import Choice, Mat3, field
 from flight_graph.errors import FlightError
 from flight_graph.timebase import SECOND
@@ -57,7 +57,6 @@ from sim_nodes.cubli.reaction_wheels import wheel_torque
 from sim_nodes.cubli.scene import scene
 from sim_nodes.gravity.parameters import SiteParameters, resolve_site
 from sim_nodes.sensors.inertial import UNKNOWN
-
 
 DECIDED, IN_GROUND = 1, 2
 
@@ -152,7 +151,7 @@ def place(p, x, placement):
             x.fault = IN_GROUND
 
 
-def motion(outputs) -> Motion:
+def motion(outputs) -> TrueMotion:
     """The motion of the centre in the site; accelerations: under what acted over the last interval, gravity's gradient and
     the turning of the site left out.
     """
@@ -160,7 +159,7 @@ def motion(outputs) -> Motion:
     turn = Quaternion(*pose.orientation.tolist())
     rates, accelerations, gravity, force = (rotate(turn, Vec3(*numbers.tolist())) for numbers in (
         truth.rates, truth.accelerations, truth.gravity, contact_now.specific_force))
-    return Motion(pose.position.tolist(), pose.orientation.tolist(), contact_now.centre_velocity.tolist(),
+    return TrueMotion(pose.position.tolist(), pose.orientation.tolist(), contact_now.centre_velocity.tolist(),
                   *(list(one.parts()) for one in (rates, force + gravity, accelerations)))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from cubli_ros.attitude import cardan_from_quaternion, level_gravity, quaternion_from_cardan
 from flight_graph.components.component import Component, Formatted
-from flight_graph.components.placement import Motion
+from flight_graph.components.placement import TrueMotion
 from flight_graph.components.records import Mat3, Parameters, State, field
 from flight_graph.errors import FlightError
 from flight_graph.scenes.messages import joint_states, latched, moving, turned_joint
@@ -137,14 +137,14 @@ def body_rates(attitude, angular_velocity):
     return rotate_back(SITE_FROM_BALANCE * attitude, angular_velocity)
 
 
-def motion(outputs) -> Motion:
+def motion(outputs) -> TrueMotion:
     """The motion of the centre in the site; accelerations: under what acted over the last interval."""
     pose, truth = outputs["pose"].pose, outputs["truth"]
     turn, arm = Quaternion(*pose.orientation.tolist()), Vec3(*pose.position.tolist())
     rates, accelerations = (rotate(turn, Vec3(*numbers.tolist())) for numbers in (truth.rates, truth.accelerations))
     velocity = cross(rates, arm)
     found = velocity, rates, cross(accelerations, arm) + cross(rates, velocity), accelerations
-    return Motion(pose.position.tolist(), pose.orientation.tolist(), *(list(one.parts()) for one in found))
+    return TrueMotion(pose.position.tolist(), pose.orientation.tolist(), *(list(one.parts()) for one in found))
 
 
 def poses(record, scene):

@@ -8,7 +8,7 @@ import math
 from types import SimpleNamespace
 
 from flight_graph.components.component import Component
-from flight_graph.components.placement import Motion
+from flight_graph.components.placement import TrueMotion
 from flight_graph.components.records import field
 from flight_graph.errors import FlightError
 from flight_graph.scenes.messages import latched, moving
@@ -136,7 +136,7 @@ def tally_place(p, x):
 
 
 def motion_kernels(prepare, dynamics):
-    """The kernels `start`, `update` and `place` of a plant: ``prepare(p, x)`` places the site, `Dynamics` move the state."""
+    """The kernels `start`, `update`, `place` of a plant: ``prepare(p, x)`` places the site, `Dynamics` move the state."""
     site_gravity, hold_step = dynamics.site_gravity, dynamics.hold_step
 
     @kernel
@@ -186,11 +186,12 @@ def motion_kernels(prepare, dynamics):
     return begin, update, place
 
 
-def motion(outputs) -> Motion:
+def motion(outputs) -> TrueMotion:
     """The motion of the centre of mass in the frame of the site, which turns with the body."""
     truth = outputs["truth"]
     rates = rotate(Quaternion(*truth.attitude.tolist()), Vec3(*truth.rates.tolist()))
-    return Motion(truth.site_position.tolist(), truth.attitude.tolist(), truth.site_velocity.tolist(), list(rates.parts()))
+    return TrueMotion(truth.site_position.tolist(), truth.attitude.tolist(), truth.site_velocity.tolist(),
+                      list(rates.parts()))
 
 
 @kernel

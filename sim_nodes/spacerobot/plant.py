@@ -13,7 +13,7 @@ then on its momentum is the robot's. Parameters about the body's origin add up, 
 import math
 
 from flight_graph.components.component import Component, Formatted
-from flight_graph.components.placement import Motion
+from flight_graph.components.placement import TrueMotion
 from flight_graph.components.records import Array, Choice, State, Vec3, field
 from flight_graph.errors import FlightError
 from flight_graph.scenes.messages import latched
@@ -159,13 +159,13 @@ def place(p, x, placement):
         x.motion[10:13] = rotate_back(robot_state(x.motion).attitude, placement.angular_velocity)
 
 
-def motion(outputs) -> Motion:
+def motion(outputs) -> TrueMotion:
     """The motion of the base in inertial axes; accelerations: under the torque of the last interval."""
     truth = outputs["truth"]
     turn = Quaternion(*truth.attitude.tolist())
     rates, acceleration, angular_acceleration = (list(rotate(turn, Vec3(*numbers.tolist())).parts()) for numbers in (
         truth.rates, truth.acceleration, truth.angular_acceleration))
-    return Motion(truth.position.tolist(), truth.attitude.tolist(), truth.velocity.tolist(), rates, acceleration,
+    return TrueMotion(truth.position.tolist(), truth.attitude.tolist(), truth.velocity.tolist(), rates, acceleration,
                   angular_acceleration)
 
 
