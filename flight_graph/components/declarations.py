@@ -116,8 +116,8 @@ def _check_parts(cls):
             meant = f"; did you mean '{part}s'?" if part == "output" else ""
             refuse(cls, part, f"a {type(function).__name__} is no function{meant or '; it takes a function under @kernel'}")
     if cls.place is not None and pose_signal(cls) is None:
-        refuse(cls, "place", "only what moves can be put elsewhere: a component with an update that publishes its true pose "
-                             "(geometry_msgs/PoseStamped or nav_msgs/Odometry of the role TRUTH)")
+        refuse(cls, "place", "only what moves can be put elsewhere: a component with an update, and with a true pose "
+                             "(an output of geometry_msgs/PoseStamped or nav_msgs/Odometry of the role TRUTH)")
     if cls.kernel is not None and (cls.output is not None or cls.update is not None):
         refuse(cls, "kernel", "a component has either a kernel, or an output and an update (a plant); this one has both")
     if cls.kernel is None and cls.output is None and cls.update is None and not cls.is_foreign:

@@ -64,8 +64,8 @@ def checked(given: dict, where: str) -> dict:
     if "orientation" in found:
         size = _size(found["orientation"])
         if abs(size - 1.0) > UNIT_TOLERANCE:
-            raise FlightError(f"{where}.orientation: {found['orientation']} has norm {size:.6g}; allowed: a unit quaternion "
-                              f"x, y, z, w within {UNIT_TOLERANCE:g} of 1")
+            raise FlightError(f"{where}.orientation: {found['orientation']} has norm {size:.6g}; allowed: a unit "
+                              f"quaternion x, y, z, w within {UNIT_TOLERANCE:g} of 1")
     return found
 
 

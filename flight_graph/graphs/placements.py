@@ -9,8 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flight_graph import yaml_text
 from flight_graph.components import placement
 from flight_graph.errors import FlightError, unknown
+from flight_graph.text_files import short
 from flight_graph.timebase import SECOND
 
 
@@ -47,6 +49,19 @@ def require(nodes: dict, name: str, given: dict, where: str) -> dict:
         raise FlightError(f"{where}: {name} cannot be put elsewhere (it declares no part 'place'); allowed: "
                           f"{', '.join(movable) or 'none here'}")
     return placement.checked(given, f"{where}.{name}")
+
+
+def parse(text: str, where: str) -> dict[str, dict]:
+    """``plant.velocity=[0.1, 0, 0]; plant.orientation=[0, 0, 0, 1]`` as component -> quantities. Raises FlightError."""
+    made = {}
+    for part in filter(None, map(str.strip, text.split(";"))):
+        key, equals, value = part.partition("=")
+        name, _, quantity = key.strip().rpartition(".")
+        if not equals or not name:
+            raise FlightError(f"{where}: '{short(part)}': write COMPONENT.QUANTITY=[NUMBERS], as plant.velocity=[1, 0, 0]; "
+                              "several with a semicolon between")
+        made.setdefault(name, {})[quantity] = yaml_text.parse(value, f"{where}: {short(key)}")
+    return made
 
 
 def as_entry(node: str, begin_ns: int, given: dict) -> dict:

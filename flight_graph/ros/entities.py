@@ -52,12 +52,13 @@ class Entities:
         found = json.loads(answer.message)
         return found.pop("t_ns"), placement.TrueMotion(**found)
 
-    def require(self, put, where: str) -> dict[str, dict]:
-        """What is to be put where (entity -> quantities), in plain form."""
-        if not isinstance(put, dict) or not put:
-            raise FlightError(f"{where}: write {{ENTITY: {{position: [0, 0, 1]}}}}; entities are "
+    def parse(self, text: str, where: str) -> dict[str, dict]:
+        """What a text puts where (entity -> quantities), in plain form."""
+        found = placements.parse(text, where)
+        if not found:
+            raise FlightError(f"{where}: nothing is put anywhere; write ENTITY.QUANTITY=[NUMBERS]; entities are "
                               f"{', '.join(self.about) or 'none here'}")
-        return {name: placements.require(self._nodes, name, given, where) for name, given in put.items()}
+        return {name: placements.require(self._nodes, name, given, where) for name, given in found.items()}
 
     def put(self, name: str, given: dict) -> None:
         """Put an entity elsewhere before its next firing."""

@@ -14,7 +14,6 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 
-from flight_graph import yaml_text
 from flight_graph.errors import FlightError
 from flight_graph.ros import program, simulation_services, simulation_standard
 from flight_graph.ros import simulation_settings as said
@@ -54,7 +53,7 @@ class SimulationNode(Node):
         self.declare_parameter("steps", 1, ParameterDescriptor(description="that one call of ~/step makes [1]"))
         self.add_on_set_parameters_callback(self._on_set)
         self.declare_parameter("place", "", ParameterDescriptor(
-            description="what one call of ~/place puts where, as a scenario's events do: {ENTITY: {position: [0, 0, 1]}}"))
+            description="what one call of ~/place puts where: ENTITY.QUANTITY=[NUMBERS], several with a semicolon between"))
         self.entities = Entities(scenario.graph)
         simulation_services.offer(self)
         simulation_standard.offer(self)
@@ -78,7 +77,7 @@ class SimulationNode(Node):
     @property
     def placements(self) -> dict[str, dict]:
         """What one call puts where, by entity. Raises FlightError."""
-        return self.entities.require(yaml_text.parse(self.get_parameter("place").value or "{}", "place"), "place")
+        return self.entities.parse(self.get_parameter("place").value, "place")
 
     def _on_set(self, parameters):
         try:
@@ -99,7 +98,7 @@ class SimulationNode(Node):
                 raise FlightError(f"reset_to_s: {value} is not allowed; allowed: a time of the run in seconds")
             self.simulation.check_reset(round(value * SECOND))
         elif name == "place" and value:
-            self.entities.require(yaml_text.parse(value, name), name)
+            self.entities.parse(value, name)
         elif name == "steps" and value < 1:
             raise FlightError(f"steps: {value} is not allowed; allowed: at least 1")
 
