@@ -58,14 +58,15 @@ clean: ## removes what make made, .venv too (recordings in runs/ stay)
 	rm -rf $(VENV) $(READER) build install log dist *.egg-info .pytest_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
-# The locks of one Python: for users, the same with ROS, for tests, for their largest reference, for viewers. All have the same
-# versions.
+# The locks of one Python: for users, the same with ROS, for tests, for their largest reference, for viewers, for the
+# handbook. All have the same versions.
 define compile_all
 $(call compile,python$(1),setup.py,$(1) --universal)
 	$(call compile,python$(1)-ros,setup.py --extra ros,$(1) --python-platform x86_64-manylinux_2_28,python$(1))
 	$(call compile,python$(1)-test,setup.py --extra test,$(1) --universal,python$(1))
 	$(call compile,python$(1)-pinocchio,setup.py --extra pinocchio,$(1) --universal,python$(1)-test)
 	$(call compile,python$(1)-view,setup.py --extra view --extra foxglove,$(1) --universal,python$(1)-test)
+	$(call compile,python$(1)-docs,setup.py --extra docs --extra notebooks,$(1) --universal,python$(1)-test)
 endef
 
 # $(call compile,name of the lock,sources,python version and platform,lock to agree with). No address goes into a lock.

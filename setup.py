@@ -151,6 +151,10 @@ setup(
         # Viewers (docs/seeing.md): Foxglove and Lichtblick live, 20 MB; Rerun with its window and its page, 170 MB.
         "foxglove": ["foxglove-sdk>=0.30"],
         "view": ["rerun-sdk>=0.41,<0.42"],
+        # Notebooks (docs/notebooks): what runs them in an editor or in Jupyter, and tables as pandas.
+        "notebooks": ["ipykernel>=6.29", "pandas>=2.2"],
+        # The handbook as a site (make docs).
+        "docs": ["sphinx>=8.1", "myst-nb>=1.3", "pydata-sphinx-theme>=0.16", "pandas>=2.2"],
         "test": [
             "pytest>=8,<9.2",  # 9.2 does not take the names of groups that pytest-xdist 3.8 gives to tests
             "pytest-xdist>=3.5",
@@ -164,6 +168,10 @@ setup(
             "distributed>=2024.8",
             "foxglove-sdk>=0.30",  # the extra [foxglove], tested by a client of its protocol
             "websockets>=15",
+            "sphinx>=8.1",  # the extra [docs], with which the site is built
+            "myst-nb>=1.3",
+            "pydata-sphinx-theme>=0.16",
+            "pandas>=2.2",
         ],
         # A reference of the space robot's tests, 380 MB; they are skipped without it. No wheels for Windows.
         "pinocchio": ["pin>=3; sys_platform != 'win32'"],

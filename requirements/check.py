@@ -18,7 +18,7 @@ from packaging.requirements import Requirement
 
 FOLDER = Path(__file__).resolve().parent
 PYTHONS = ("3.11", "3.12")
-KINDS = ("", "-test", "-pinocchio", "-view")  # of locks that have the same versions
+KINDS = ("", "-test", "-pinocchio", "-view", "-docs")  # of locks that have the same versions
 GLIBC = (5, 12, 17, 24, 26, 27, 28, 31, 34, 35)  # minor versions of the wheels that a Linux of 2022 takes
 
 

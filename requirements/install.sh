@@ -4,6 +4,7 @@
 #        requirements/install.sh --tests      adds the packages of the tests to it (PINOCCHIO=none leaves Pinocchio out,
 #                                             RERUN=none the viewer Rerun)
 #        requirements/install.sh --viewers    adds the packages of flight view and flight serve to it
+#        requirements/install.sh --docs       adds the packages of the handbook's site and of its notebooks to it
 set -euo pipefail
 cd "$(dirname "$0")/.."
 venv=.venv
@@ -34,6 +35,11 @@ locked() { pip install --quiet --require-hashes --only-binary :all: -r "$1"; }
 if [ "${1:-}" = --viewers ]; then
     locked "requirements/python$(version_of $bin/python)-view.txt"
     echo "setup: packages of flight view and flight serve"
+    exit
+fi
+if [ "${1:-}" = --docs ]; then
+    locked "requirements/python$(version_of $bin/python)-docs.txt"
+    echo "setup: packages of the handbook and its notebooks"
     exit
 fi
 if [ "${1:-}" = --tests ]; then
