@@ -14,7 +14,7 @@ from tests.faults.engines import fly, plainly
 from tests.graph import toy
 
 pytestmark = pytest.mark.xdist_group("executors")
-MOVABLE = {**toy.scenario()["components"], "plant": {"use": f"{toy.__file__}:MovablePlant", "rate_hz": 200}}
+MOVABLE = {**toy.scenario()["components"], "plant": {"use": f"{toy.__file__}:Drifter", "rate_hz": 200}}
 TURN, SPIN = [0.3, -0.4, 0.0, math.sqrt(0.75)], [0.02, 0.03, -0.01]
 PLACES = {"orientation": TURN, "angular_velocity": SPIN, "position": [120.0, -40.0, 300.0], "velocity": [0.1, 0.2, -0.3]}
 

@@ -69,7 +69,7 @@ def movable_place(p, x, placement):
         x.fault = 1
 
 
-class MovablePlant(Plant):
+class Drifter(Plant):
     """Three oscillators whose angles are a position, and can be put elsewhere."""
 
     outputs = {"truth": TRUTH, "pose": POSE}

@@ -75,7 +75,7 @@ def operator(monkeypatch):
 def started(folder, *arguments):
     """A controlled run of the toy, which stands at its start, into folder/bag."""
     data = toy.scenario()
-    data["components"]["plant"]["use"] = f"{toy.__file__}:MovablePlant"
+    data["components"]["plant"]["use"] = f"{toy.__file__}:Drifter"
     (folder / "toy.yaml").write_text(yaml.safe_dump(data))
     return running("run", folder / "toy.yaml", "--trust", "--engine", "ros", "--control", "--out", folder / "bag", "--json",
                    *arguments, cwd=folder, ROS_DOMAIN_ID=str(DOMAIN))
