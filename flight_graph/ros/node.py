@@ -10,6 +10,7 @@ from flight_graph.errors import FlightError, unknown
 from flight_graph.recordings.recording import formatted_payload
 from flight_graph.ros.checkpoint_settings import CheckpointSettings
 from flight_graph.ros.checkpoints import NodeMemory
+from flight_graph.ros.following import Follower
 from flight_graph.ros.installed import is_installed
 from flight_graph.ros.live_faults import CLEAR, INJECT, LiveFaults
 from flight_graph.ros.managed import ManagedNode
@@ -95,6 +96,8 @@ class ComponentNode(ManagedNode):
         self.pacing = Pacing(self, control, [name for name in self.watches if name != RECORDER]) if (
             control and is_master) else None
         self.reports = Reports(self) if control and not is_master else None
+        if control and self.settings.again:
+            Follower(self, self.graph_name, control.segment, self.stopping)
 
     def _make_ports(self, component, group):
         """Outputs first: who finds the inputs, and sends, will have found where the answers come from."""

@@ -74,6 +74,7 @@ class Drifter(Plant):
 
     outputs = {"truth": TRUTH, "pose": POSE}
     output_rate_hz = {"pose": 20.0}
+    optional_inputs = ("command",)
     output, place = movable_output, movable_place
     faults = {1: "it was put beyond 3 rad"}
 

@@ -13,9 +13,10 @@ from std_srvs.srv import Trigger
 from flight_graph import runs
 from flight_graph.bags.reader import read_bag
 from flight_graph.graphs.scenario import load
+from flight_graph.ros.launch_description import node_table
 from flight_graph.timebase import J2000
 from tests.graph import toy
-from tests.ros.processes import running, until
+from tests.ros.processes import finish, running, start, until
 
 pytestmark = [pytest.mark.ros, pytest.mark.xdist_group("live faults")]
 DOMAIN = 120 + os.getpid() % 80
@@ -157,6 +158,38 @@ def test_a_run_stands_steps_is_taken_back_and_leaves_bags_that_verify(tmp_path, 
         assert result.verdict == "equal", result.sentences
     runs.execute(load(str(tmp_path / "toy.yaml")), out=tmp_path / "compiled")
     assert [*read_bag(bags[2]).messages()] == [*read_bag(tmp_path / "compiled").messages()]
+
+
+def test_nodes_that_a_launch_has_started_begin_again_in_their_processes(tmp_path, operator):
+    """Started singly, as a launch does it; of a graph of one plant, so that it is cheap."""
+    data = toy.scenario(components={"plant": {"use": f"{toy.__file__}:Drifter", "rate_hz": 200}}, connect={})
+    (tmp_path / "toy.yaml").write_text(yaml.safe_dump(data))
+    scenario, nodes = load(str(tmp_path / "toy.yaml")), {}
+    try:
+        for row in node_table(scenario, "lockstep", 1.0, str(tmp_path / "bag"), str(tmp_path / "toy.yaml"), controlled=True):
+            path = tmp_path / f"{row['name']}.yaml"
+            path.write_text(yaml.safe_dump({f"/**/{row['name']}": {"ros__parameters": row["parameters"]}}))
+            what = row["arguments"][1:] or [row["package"], row["executable"]]
+            nodes[row["name"]] = start("node", *what, "--ros-args", "-r", f"__node:={row['name']}", "--params-file", path,
+                                       cwd=tmp_path, ROS_DOMAIN_ID=str(DOMAIN))
+        operator.done("pause")
+        operator.set("steps", 5)
+        operator.set("place", "plant.velocity=[0, 0, 1]")
+        operator.done("place")
+        operator.done("step")
+        operator.set("reset_to_s", 0.01)
+        assert operator.done("reset") == "the run was taken back to t = 0.01 s; t = 0.01 s"
+        assert operator.motion()["position"][2] > -0.3 + 0.009 and operator.motion()["t_s"] == 0.01
+        assert not any(process.poll() for process in nodes.values())
+        assert operator.done("step") == "5 steps; t = 0.035 s"
+        assert operator.done("quit").startswith("the run ends")
+        assert nodes["simulation"].wait(60) == 0
+    finally:
+        for process in nodes.values():
+            finish(process)
+    for bag in (tmp_path / "bag", tmp_path / "bag_reset_1"):
+        result = runs.verify(bag, trust=True)
+        assert result.verdict == "equal", result.sentences
 
 
 def test_realtime_stands_without_falling_behind_and_takes_another_rate(tmp_path, operator):
