@@ -21,7 +21,7 @@ from rich.table import Table
 
 _FLIGHT = [sys.executable, "-c", "import sys; from flight_graph.cli import main; sys.exit(main())"]
 _LOOKS = 10  # rows of the table, about
-_STEPS, _TO_S = 10, 0.05
+_STEPS, _TO_S = 10, 0.02  # [1], [s]
 _ANSWER_S = 300.0  # a reset takes seconds, and longer where the machine has other work
 
 
@@ -57,7 +57,9 @@ class Operator:
         """Set a parameter of the node."""
         from rclpy.parameter import Parameter
         future = self._parameters.set_parameters([Parameter(name, value=value)])
-        self._rclpy.spin_until_future_complete(self._node, future, timeout_sec=60.0)
+        self._rclpy.spin_until_future_complete(self._node, future, timeout_sec=_ANSWER_S)
+        if not future.done() or not future.result().results[0].successful:
+            sys.exit(f"/simulation {name}: {future.result().results[0].reason if future.done() else 'no answer'}")
 
 
 def children(pid: int) -> list[int]:
@@ -124,7 +126,8 @@ def reset_again_and_again(run, asked, work):
             break
         operator.call("step")
         operator.set("reset_to_s", _TO_S if done % 2 and asked.pace == "lockstep" else 0.0)
-        operator.call("reset")
+        if not operator.call("reset").startswith("the run was taken back"):
+            sys.exit("the run stands where it was to go back to")
         done += 1
         for bag in sorted(work.glob("bag_reset_*"), key=lambda one: one.stat().st_mtime)[:-2]:
             shutil.rmtree(bag)
