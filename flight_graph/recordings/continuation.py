@@ -180,7 +180,7 @@ def reached(scenario: Scenario, name: str) -> set[str]:
 
 def _past(entry: dict, settings: dict, t_ns: int) -> dict:
     """An event, with what a branch sets in the place of what the event has set by then."""
-    if round(entry["at_s"] * SECOND) > t_ns:
+    if round(entry["at_s"] * SECOND) > t_ns or "set" not in entry:
         return entry
     return {**entry, "set": {key: settings.get(key, value) for key, value in entry["set"].items()}}
 
