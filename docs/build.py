@@ -14,6 +14,7 @@ from pathlib import Path
 
 DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent
+MARK = ".handbook"  # in the folder of a site, also of one that was not finished
 sys.path[:0] = [str(DOCS), str(ROOT)]
 
 
@@ -40,6 +41,8 @@ def main() -> int:
         print(f"docs: {out} is there and is no site; name another folder: --out FOLDER", file=sys.stderr)
         return 2
     shutil.rmtree(out, ignore_errors=True)
+    out.mkdir(parents=True)
+    (out / MARK).touch()
     with tempfile.TemporaryDirectory(prefix="handbook-") as work:
         source, files, kept = (Path(work, name) for name in ("docs", "files", "kept"))
         source.mkdir()
@@ -57,9 +60,8 @@ def main() -> int:
 
 
 def _is_site(folder) -> bool:
-    """Whether a build may replace the folder: it is empty, or one that a build has made."""
-    return folder.is_dir() and (not any(folder.iterdir()) or any(
-        (folder / name).exists() for name in ("objects.inv", "_static/basic.css")))
+    """Whether a build may replace the folder: it is empty, or a build has made it, to its end or not."""
+    return folder.is_dir() and (not any(folder.iterdir()) or (folder / MARK).exists())
 
 
 if __name__ == "__main__":
