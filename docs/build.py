@@ -34,6 +34,7 @@ def main() -> int:
         print(f"docs: {error.name} is not installed; `make docs` installs what the site needs", file=sys.stderr)
         return 2
     gc.disable()  # a build lives for seconds, and its trees are full of circles
+    from pages.errors import PageError
     from pages.staging import Stage
     from pages.whole import write
     out = chosen.out.absolute()
@@ -47,7 +48,11 @@ def main() -> int:
         source, files, kept = (Path(work, name) for name in ("docs", "files", "kept"))
         source.mkdir()
         files.mkdir()
-        write(Stage(source, files))
+        try:
+            write(Stage(source, files))
+        except PageError as error:
+            print(f"docs: {error}", file=sys.stderr)
+            return 2
         os.environ["HANDBOOK_FILES"] = str(files)
         del os.environ["NUMBA_DISABLE_JIT"]  # numba has read it; what notebooks start compiles
         arguments = ["-c", str(DOCS), "-d", str(kept), "-W", "--keep-going", "-b", "html"]

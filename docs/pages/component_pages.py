@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 
 from flight_graph.bags.message_types import field_trees
-from flight_graph.bags.units import field_units
+from flight_graph.bags.units import JOINT_UNITS, field_units
 from flight_graph.components import registry
 from flight_graph.components.component import Component
 from flight_graph.components.described import described
@@ -101,13 +101,10 @@ def _quantities(signal: Signal):
         if "header" in path.split("."):
             continue
         count = dtype.shape[0] if dtype.ndim else 1
-        names = signal.fixed.get("name")
-        unit = units.get(path) or JOINT_UNITS.get(path, "") if names else units.get(path, "1" if "orientation" in path or (
+        names = signal.fixed.get("name")  # of joints, all of which turn here
+        unit = units.get(path) or JOINT_UNITS.get(path, "").partition(" or ")[0] if names else units.get(path, "1" if "orientation" in path or (
             "quaternion" in path) else "")
         yield path, count, unit, ", ".join(names) if names and count == len(names) else ""
-
-
-JOINT_UNITS = {"position": "rad", "velocity": "rad/s", "effort": "N m"}
 
 
 def _parameters(component):
