@@ -191,7 +191,7 @@ def _all(campaign, scenario, where, figure, as_json):
     print(campaign.path, flush=True)
     if figure is not None:
         print(figure, flush=True)
-    next_command("flight", "report", campaign.path)
+    next_command("report", campaign.path)
 
 
 @contextmanager
@@ -211,7 +211,7 @@ def _one_interrupt():
 
 def _fault_table(rows):
     from rich.table import Table
-    table = Table("fault", "runs", "active", "detected", "missed", "isolated", "wrong", "false alarm", "delay [s]",
+    table = Table("fault", "runs", "active", "detected", "missed", "isolated", "wrong", "false alarm", r"delay \[s]",
                   "first to act", "mode at the end", "stopped", title="faults and monitors", title_justify="left")
     for row in rows:
         plain = row.plain()

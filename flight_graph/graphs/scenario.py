@@ -67,6 +67,7 @@ class Scenario:
         included = inside.nodes(self.vehicles)
         self.maker = NodeMaker(self.file.components, self.seed, origin, folder, {node.name: node for node in included})
         nodes = [*self.maker.nodes(), *included]
+        foreign_nodes.check_stand_ins(nodes, self.vehicles, origin)
         base = None
         if self.file.base_rate_hz is not None:
             base = period_ns(self.file.base_rate_hz, f"{origin}: base_rate_hz")
@@ -93,10 +94,12 @@ class Scenario:
 
     @property
     def name(self) -> str:
+        """What bags and error texts call it."""
         return self.file.name
 
     @property
     def seed(self) -> int:
+        """The seed that each component's own noise follows from."""
         return self.file.seed
 
     @property
@@ -206,11 +209,7 @@ class Scenario:
         found = {"seed": vehicles.seed_of(self.seed, name), **vehicles.own(entry.scenario),
                  "duration_s": self.file.duration_s, "epoch_ns": self.file.epoch_ns}
         where = f"{where} ({short(str(found.get('name')), 60)})"
-        made = Scenario(found, where, Path(entry.folder) if entry.folder else None)
-        if made.foreign:
-            raise FlightError(f"{where}: components.{made.foreign[0]}: a foreign node cannot be in a vehicle; make it a "
-                              "component of the scenario that includes")
-        return made
+        return Scenario(found, where, Path(entry.folder) if entry.folder else None)
 
     def _fault_set(self, scope: dict[str, Node], changes: dict | None = None, placed: dict | None = None) -> FaultSet:
         """Faults, monitors, and those of the vehicles. scope: name, as this scenario has it -> node of the whole graph."""
@@ -275,7 +274,10 @@ def load(name_or_path: str, overrides: dict[str, Any] | None = None, case: int |
 
 
 def vary_case(scenario: Scenario, case: int, overrides: dict[str, Any] | None = None) -> Scenario:
-    """The scenario of case number ``case``. overrides: what was set by hand, which must not be varied as well."""
+    """The scenario of case number ``case``. overrides: what was set by hand, which must not be varied as well.
+
+    Raises FlightError.
+    """
     if scenario.vary is None:
         raise FlightError(f"{scenario.origin}: it has no 'vary' block, so it has no case {case}")
     values = scenario.vary.overrides(case)

@@ -79,9 +79,16 @@ class Stepper:
                 source, seconds = scenarios.load(str(source), settings), None
         self._open(source, begin, check_bounds)
         if seconds is not None:
-            self.until(seconds)
+            self._begin_at(seconds)
         if self.recorded and settings:
             self._become(self.branch(settings))
+
+    def _begin_at(self, seconds: float):
+        tick, run = continuation.tick_at(seconds, self.scenario.graph.base_ns, f"@{seconds:g}"), self.scenario
+        if not self.first_tick <= tick <= run.ticks:
+            raise FlightError(f"there is no t = {seconds:.9g} s in this bag: the run goes from "
+                              f"{self.first_tick * run.graph.base_ns / SECOND:.9g} to {run.duration_ns / SECOND:.9g} s")
+        self.until(tick=tick)
 
     def _open(self, scenario: Scenario, begin: Checkpoint | None, check_bounds: bool):
         self.scenario, self._check_bounds = scenario, check_bounds

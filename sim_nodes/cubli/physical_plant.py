@@ -212,7 +212,16 @@ def report(p, x, turned, message):
 
 
 class CubliPhysicalPlant(Component):
-    """The Cubli rover with wheels and full inertia on tilted ground: contact, slip, lift-off and flight."""
+    """The Cubli rover with wheels and full inertia on tilted ground: contact, slip, lift-off and flight.
+
+    Promises: what cubli_plant gives, with the force of the ground [N], slip, lift-off, flight and how it ended. Every
+    event is looked for in each step of Runge-Kutta. A corner that touches the ground after a flight, or another corner,
+    decides the run: the state stays.
+
+    Bad input: a torque beyond the wheels' limits is clipped, a drive without power gives none, and with
+    `command_timeout` one that hears nothing new gives none. A start with a corner in the ground, or an inertia that no
+    body has, is refused before anything runs.
+    """
 
     parameters, state = PhysicalPlantParameters, PhysicalPlantState
     inputs = {"command": cubli.COMMAND, "power": cubli.WHEEL_POWER}

@@ -164,7 +164,16 @@ FRAMES = (*moving("frames", poses), *latched("frames"),
 
 
 class CubliPlant(Component):
-    """The Cubli rover by the paper's model, with reaction wheels that have limits."""
+    """The Cubli rover by the paper's model, with reaction wheels that have limits.
+
+    Promises: angles [rad], rates [rad/s], accelerations and torques of the cube on its resting corner by eq. (1)-(5)
+    and (42), integrated by Runge-Kutta in steps of `largest_step` at most; its pose in the site frame and the wheels'
+    speeds. The corner cannot leave the ground here: see cubli_physical_plant.
+
+    Bad input: a torque beyond the wheels' limits of torque and speed is clipped. With `command_timeout` a drive that
+    hears nothing new gives no torque; without it the last command holds. An inertia that no body has is refused before
+    anything runs.
+    """
 
     parameters, state = CubliPlantParameters, CubliPlantState
     inputs = {"command": cubli.COMMAND}

@@ -246,7 +246,16 @@ def poses(record, scene):
 
 
 class LanderPlant(Component):
-    """The lander near a rotating ellipsoid: rigid body, thruster limits, contact trigger."""
+    """The lander near a rotating ellipsoid: rigid body, thruster limits, contact trigger.
+
+    Promises: position [m] and velocity relative to the site in D, attitude, rates, gravity, delivered force and torque,
+    the tally of the landing (clearance, view, velocity change), integrated by Runge-Kutta in steps of `largest_step` at
+    most. At the contact trigger the state is held to the end of the run, and the truth says so.
+
+    Bad input: forces and torques beyond the thrusters' limits are clipped, those below an impulse bit fall away. With
+    `command_timeout` a command that is old counts as zero; without it the last one holds. A start at the goal itself,
+    or with a quaternion that is none, is refused before anything runs.
+    """
 
     parameters, state = LanderPlantParameters, LanderPlantState
     inputs = {"command": lander.COMMAND}

@@ -320,8 +320,15 @@ def plant(topics: spacerobot.Topics) -> type[Component]:
     """The plant of a robot with these topics."""
 
     class SpaceRobotPlant(Component):
-        """A free-flying base with an arm, moved by torques alone; wheels, drives and stops with limits, and a
-        payload."""
+        """A free-flying base with an arm, moved by torques alone; wheels, drives and stops with limits, and a payload.
+
+        Promises: position [m], velocity, attitude, rates, joints, accelerations and torques of the truth, and momentum
+        and energy, which nothing but torques and the payload change. Drives, wheels and stops have limits; what was
+        limited is counted.
+
+        Bad input: commands beyond a limit are clipped. With `command_timeout` a command that is older counts as zero;
+        without it the last one holds. Joints that start past their stops are refused before anything runs.
+        """
 
         parameters, state = plant_parameters(topics.joints), plant_state(topics.joints)
         inputs = {"base_command": topics.base_command, "joint_command": topics.joint_command, "brakes": topics.brakes}
