@@ -77,7 +77,8 @@ def _show_events(scenario):
     if found := scenario.events():
         table = Table("at (s)", "what is set", "value", title="events", title_justify="left")
         for entry in sorted(found, key=lambda entry: entry.at_s):
-            placed = {f"{name}, put: {key}": value for name, given in (entry.place or {}).items() for key, value in given.items()}
+            placed = {f"{name}, put: {key}": value
+                      for name, given in (entry.place or {}).items() for key, value in given.items()}
             for name, value in [*(entry.set or {}).items(), *placed.items()]:
                 add(table, f"{entry.at_s:g}", name, value)
         console.print(table)
