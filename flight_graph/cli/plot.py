@@ -66,9 +66,9 @@ def _sorted(what: list[str]) -> tuple[list[Path], list[str]]:
 
 def _of_bags(bags, names, over, out, list_fields, window, vehicle, trust):
     from flight_graph.plots import over_time, style
+    from flight_graph.plots.bag_lines import BagLines
     from flight_graph.plots.marks import marks
     from flight_graph.plots.names import beside, run_names
-    from flight_graph.plots.series import BagLines
     with working(f"reading {', '.join(map(str, bags))}", True):
         runs = [BagLines(bag, name) for bag, name in zip(bags, run_names(bags))]
     tell_unchecked(*(run.bag for run in runs))
@@ -86,10 +86,11 @@ def _of_bags(bags, names, over, out, list_fields, window, vehicle, trust):
     if vehicle or (plain and runs[0].data.get("figure")):
         print(_as_the_scenario_says(runs[0].bag.path, trust, path, vehicle))
         return
-    panels = over_time.panels(runs, names) if names else over_time.first_panels(runs)
-    axis = over_time.panels(runs, [over]) if over else None
-    events = [mark for run in runs for mark in marks(run)[0]] if axis is None and len(runs) == 1 else []
-    path, thinned = over_time.draw(panels, path, _title(runs), axis, *window, events)
+    with working(f"drawing {path}", True):
+        panels = over_time.panels(runs, names) if names else over_time.first_panels(runs)
+        axis = over_time.panels(runs, [over]) if over else None
+        events = [mark for run in runs for mark in marks(run)[0]] if axis is None and len(runs) == 1 else []
+        path, thinned = over_time.draw(panels, path, _title(runs), axis, *window, events)
     if thinned:
         status(f"{thinned} messages of a topic are more than a picture shows: the extremes of each stretch are drawn")
     for run in runs:
@@ -138,11 +139,10 @@ def _list(runs):
     for run in runs:
         table = Table("field", "unit", "numbers", title=f"{run.name}: what flight plot takes", title_justify="left")
         for topic in run.topics:
-            for quantity in run.quantities(topic):
-                lines = list(quantity.lines)
-                more = f"{lines[0]} to {lines[-1]}" if len(lines) > 1 else ""
-                more += " (constant)" if quantity.is_constant else ""
-                add(table, f"{topic}.{quantity.name}", quantity.unit, more)
+            for series in run.series(topic):
+                more = f"{series.lines[0].entry} to {series.lines[-1].entry}" if len(series.lines) > 1 else ""
+                more += " (constant)" if series.is_constant else ""
+                add(table, series.key, series.unit, more)
         console.print(table)
         for topic, why in run.problems.items():
             status(f"not read: {topic}: {why}")

@@ -11,7 +11,7 @@ import typer
 
 from flight_graph.cli.overview import show_all
 from flight_graph.cli.scenario_tables import show
-from flight_graph.cli.show import RunProgress, console, metrics_table, next_command, status, steps, warn_of
+from flight_graph.cli.show import RunProgress, console, metrics_table, report_next, status, steps, warn_of
 from flight_graph.cli.topic_tables import show_topics
 from flight_graph.cli.trust import Trust, asked
 from flight_graph.cli.watched import watched
@@ -144,7 +144,7 @@ def run(
         status(f"{outcome.lost} messages were lost (realtime); the bag's metadata says which")
     print(outcome.bag, flush=True)
     warn_of(outcome.alarms)
-    next_command("flight", "report", outcome.bag)
+    report_next(outcome.bag)
 
 
 def _continued(begin, settings, seed, duration, consent, wanted, others):
@@ -155,7 +155,7 @@ def _continued(begin, settings, seed, duration, consent, wanted, others):
         raise FlightError("--params and --case are of a scenario's file; with --from, --set says what a branch changes")
     given = parse_settings(settings) | ({"seed": seed} if seed is not None else {})
     with steps(f"to {begin}", wanted) as advance:
-        return continued(begin, given, duration, consent, lambda seconds: advance(seconds, None, "s simulated"),
+        return continued(begin, given, duration, consent, lambda seconds, total: advance(seconds, total, "s simulated"),
                          lambda done, total, names: advance(done, total, f"compiling {names} (once; it is kept)"))
 
 

@@ -191,7 +191,7 @@ def _all(campaign, scenario, where, figure, as_json):
     print(campaign.path, flush=True)
     if figure is not None:
         print(figure, flush=True)
-    next_command("flight", "report", campaign.path)
+    next_command("report", campaign.path)
 
 
 @contextmanager

@@ -1,6 +1,6 @@
 """The parts of a component and the machine code of each: compiled once, for every graph and every engine.
 
-A part (start, kernel, output, update) is one C function ``void part(int64 t_ns, P *, X *, void **io)``; see
+A part (start, kernel, output, update, place) is one C function ``void part(int64 t_ns, P *, X *, void **io)``; see
 `flight_graph.engines.object_code`. Its key is a fingerprint of that part alone: of the kernels it reaches and of the
 layouts of its records, of the versions of what makes the code, and of the processor.
 """

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flight_graph.plots.series import BagLines
+from flight_graph.plots.bag_lines import BagLines
 from flight_graph.text_files import short
 
 FAULT, LIMIT, ACT, MODE, SETTING, END = "fault", "limit", "act", "mode", "setting", "end"
@@ -40,11 +40,11 @@ def marks(run: BagLines, modes: dict[str, tuple[str, ...]] | None = None) -> tup
 
 
 def _lines(run, topic):
-    """(name, t, values) of each scalar quantity of a topic, where the bag has it."""
+    """(name, t, values) of each number of a topic, where the bag has it."""
     if topic in run.bag.topics:
-        for quantity in run.quantities(topic):
-            for line, values in quantity.lines.items():
-                yield quantity.name + line, quantity.t, values
+        for series in run.series(topic):
+            for line in series.lines:
+                yield series.name + line.entry, series.t, line.values
 
 
 def _steps(t, values):
@@ -84,11 +84,11 @@ def _modes(run, modes):
         if not {"mode", "changes"} <= names:
             continue
         known = modes.get(topic, ())
-        quantity = run.find(f"{topic}.mode")
-        values = quantity.lines[""]
+        series = run.find(f"{topic}.mode")
+        values = series.lines[0].values
         for at in np.flatnonzero(np.diff(values, prepend=np.nan))[:MOST]:
             number = int(values[at]) if np.isfinite(values[at]) else -1
-            yield Mark(float(quantity.t[at]), MODE, known[number] if 0 <= number < len(known) else f"mode {number}")
+            yield Mark(float(series.t[at]), MODE, known[number] if 0 <= number < len(known) else f"mode {number}")
 
 
 def _settings(run):
@@ -99,9 +99,13 @@ def _settings(run):
         except ValueError:
             continue
     for entry in entries:
-        at, given = entry.get("at_s"), entry.get("set")
-        if isinstance(at, (int, float)) and isinstance(given, dict):
+        at, given = entry.get("at_s"), {**_mapping(entry.get("set")), **_mapping(entry.get("place"))}
+        if isinstance(at, (int, float)) and given:
             yield Mark(float(at), SETTING, short(", ".join(f"{key} = {value}" for key, value in given.items()), 160))
+
+
+def _mapping(value) -> dict:
+    return value if isinstance(value, dict) else {}
 
 
 def _end(run):

@@ -65,8 +65,8 @@ def continued(text: str, settings: dict | None = None, duration_s: float | None 
     """Take a run up at ``BAG@SECONDS``. Raises FlightError.
 
     settings: ``component.parameter`` -> value; with any it is a branch. duration_s: simulated time from there on; by
-    default to the end of the run. trust: as for `open_recorded`. progress(seconds simulated) on the way from the
-    checkpoint.
+    default to the end of the run. trust: as for `open_recorded`. progress(seconds simulated, where to) on the
+    way from the checkpoint.
     """
     path, seconds = split(text, option)
     if seconds is None:
@@ -119,7 +119,7 @@ def memory_from(scenario: Scenario, begin: Checkpoint | None, tick: int, progres
     while not flight.stop and flight.tick < tick:
         flight.advance(min(tick, flight.tick + CHUNK))
         if progress:
-            progress(flight.tick * scenario.graph.base_ns / SECOND)
+            progress(flight.tick * scenario.graph.base_ns / SECOND, tick * scenario.graph.base_ns / SECOND)
     if flight.stop:
         raise flight.stop
     return flight.checkpoint()
@@ -180,7 +180,7 @@ def reached(scenario: Scenario, name: str) -> set[str]:
 
 def _past(entry: dict, settings: dict, t_ns: int) -> dict:
     """An event, with what a branch sets in the place of what the event has set by then."""
-    if round(entry["at_s"] * SECOND) > t_ns:
+    if round(entry["at_s"] * SECOND) > t_ns or "set" not in entry:
         return entry
     return {**entry, "set": {key: settings.get(key, value) for key, value in entry["set"].items()}}
 

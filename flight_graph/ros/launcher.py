@@ -152,7 +152,7 @@ def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float 
     compile_nodes(scenario.graph.nodes.values(), check_bounds, compiling)
     shared_memory.clean()
     with tempfile.TemporaryDirectory(prefix="flight_") as work, Domain(published(scenario.graph)) as domain:
-        segments, begins = None, partial(_specs, Path(work), pace, timeout_s, check_bounds)
+        segments, begins = None, partial(node_specs, Path(work), pace, timeout_s, check_bounds)
         if controlled:
             segments = Segments(scenario, Path(folder), begin, begins, factor if pace == "realtime" else 0.0)
         specs = segments.specs() if segments else begins(scenario, Path(folder), begin, None, factor)
@@ -219,7 +219,9 @@ def compile_nodes(nodes, check_bounds: bool = False, compiling=None) -> None:
     compilation.load({node.use: node.component for node in nodes if not node.is_foreign}, check_bounds, compiling)
 
 
-def _specs(work, pace, timeout_s, check_bounds, scenario, folder, begin, control, factor=None):
+def node_specs(work: Path, pace: str, timeout_s: float, check_bounds: bool, scenario: Scenario, folder: Path,
+               begin: Beginning | None, control: Control | None, factor: float | None = None) -> list[dict]:
+    """What the spawner starts: each node with its parameters, in files in ``work``. For the rest see `node_parameters`."""
     factor = factor or control.rate or 1.0
     start = checkpoint_settings.write(work, begin)
     resolved = work / "scenario.json"

@@ -21,6 +21,7 @@ from flight_graph.engines.compiled import CompiledRun
 from flight_graph.engines.stepped import SteppedFlight
 from flight_graph.errors import FlightError, unknown
 from flight_graph.faults.conditions import condition
+from flight_graph.graphs import placements
 from flight_graph.graphs import scenario as scenarios
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings import beginning, continuation
@@ -272,13 +273,20 @@ class Stepper:
         return self.flight.checkpoint()
 
     # -- elsewhere -------------------------------------------------------------------------------------------------
-    def branch(self, set: dict | None = None) -> "Stepper":  # noqa: A002 (as a person says it)
-        """Another run that begins at this tick, with something set: ``component.parameter`` -> value.
+    def branch(self, set: dict | None = None, place: dict | None = None) -> "Stepper":  # noqa: A002 (as a person says it)
+        """Another run that begins at this tick, with something set, ``component.parameter`` -> value, or put elsewhere,
+        component -> quantities, see `flight_graph.components.placement`: ``place={"plant": {"velocity": [0.1, 0, 0]}}``.
 
         ``notes`` of it say what of that acted at the start only. Within a tick it begins before the tick.
         """
         memory = self.memory_of_tick()
-        made = continuation.branch(self.scenario, memory, "the run that was stepped", set or {}, None)
+        settings = dict(set or {})
+        if place:
+            nodes = self.scenario.graph.nodes
+            given = {name: placements.require(nodes, name, found, "place") for name, found in place.items()}
+            settings["events"] = [*(self.scenario.resolved().get("events") or []),
+                                  {"at_s": memory.t_ns / SECOND, "place": given}]
+        made = continuation.branch(self.scenario, memory, "the run that was stepped", settings, None)
         other = object.__new__(Stepper)
         other.recorded, other.progress, other.notes = None, self.progress, made.warnings
         other._open(made.scenario, made.begin.checkpoint, self._check_bounds)
