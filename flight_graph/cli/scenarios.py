@@ -90,7 +90,8 @@ def run(
     from flight_graph.graphs import scenario as scenarios
     consent, campaign, start, swept = asked(trust), None, None, None
     if (scenario is None) == (begin is None):
-        raise FlightError("flight run needs a scenario, or --from BAG@SECONDS in its place")
+        raise FlightError("flight run needs a scenario, or --from BAG@SECONDS in its place"
+                          + ("; not both" if scenario else ""))
     if begin is not None:
         start = _continued(begin, settings, seed, duration, consent, not as_json, params or case is not None)
         loaded = start.scenario

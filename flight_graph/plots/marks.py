@@ -32,7 +32,9 @@ def marks(run: BagLines, modes: dict[str, tuple[str, ...]] | None = None) -> tup
 
     modes: topic -> the names of the modes that its numbers stand for; numbers without it.
     """
-    found = [*_faults(run), *_monitors(run), *_modes(run, modes or {}), *_settings(run), *_end(run)]
+    first, last = ((stamp - run.start_ns) / _SECOND for stamp in (run.bag.start_ns, run.bag.end_ns))
+    found = [*_faults(run), *_monitors(run), *_modes(run, modes or {}), *_end(run),
+             *(one for one in _settings(run) if first <= one.t <= last)]  # the others are before or behind what it holds
     found.sort()
     return found[:MOST], len(found)
 
@@ -97,9 +99,13 @@ def _settings(run):
         except ValueError:
             continue
     for entry in entries:
-        at, given = entry.get("at_s"), entry.get("set")
-        if isinstance(at, (int, float)) and isinstance(given, dict):
+        at, given = entry.get("at_s"), {**_mapping(entry.get("set")), **_mapping(entry.get("place"))}
+        if isinstance(at, (int, float)) and given:
             yield Mark(float(at), SETTING, short(", ".join(f"{key} = {value}" for key, value in given.items()), 160))
+
+
+def _mapping(value) -> dict:
+    return value if isinstance(value, dict) else {}
 
 
 def _end(run):

@@ -39,9 +39,6 @@ def verify(path, engine: str = "compiled", trust: bool = False, tolerance: float
     """
     run = open_recorded(path, trust)
     check_engine(run.scenario, engine)
-    if run.scenario.foreign and engine == "ros":
-        raise FlightError(f"{run.bag.path}: {' and '.join(run.scenario.foreign)} stands for a foreign node, which would "
-                          "have to answer again; the compiled engine takes its answers from the bag")
     remarks = [run.changes_sentence()] if run.changed else []
     told = progress and (lambda seconds: progress(seconds, (run.scenario.duration_ns if run.complete else
                                                             run.recorded_until_ns) / SECOND))

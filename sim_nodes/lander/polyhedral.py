@@ -169,7 +169,7 @@ class PolyhedralPlant(LanderPlant):
     """
 
     parameters, state, room = polyhedral_parameters(LanderPlantParameters), polyhedral_state(LanderPlantState), ROOM
-    start, update = motion_kernels(prepare_site, POLYHEDRON)
+    start, update, place = motion_kernels(prepare_site, POLYHEDRON)
 
     @classmethod
     def resolve(cls, values, where, folder=None):

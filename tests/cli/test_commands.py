@@ -45,6 +45,11 @@ def test_help_of_every_command_names_an_example_and_can_be_read_at_80_columns(fl
         assert max(map(len, out.splitlines())) <= 80 and "\u2026" not in out, command
 
 
+def test_help_keeps_units_in_brackets(flight):
+    for command, unit in (("fault", "How long it lasts [s]"), ("design", "Surface gravity [m/s^2]")):
+        assert unit in flight(command, "--help")[1]
+
+
 def test_list_shows_scenarios_by_vehicle_and_components(flight):
     status, out, _ = flight("list")
     assert status == 0 and "cubli_ros/appc_controller" not in out
