@@ -23,7 +23,10 @@ class _Console(Console):
     that is too wide for the terminal is shown row by row, so that it can be read at 80 columns."""
 
     def print(self, *objects, **options):
-        super().print(*(printable(item) if isinstance(item, str) else self._fitted(item) for item in objects), **options)
+        fitted = [printable(item) if isinstance(item, str) else self._fitted(item) for item in objects]
+        if any(isinstance(item, Group) for item in fitted):
+            options["soft_wrap"] = False  # blocks that are not wrapped would be cut
+        super().print(*fitted, **options)
 
     def _fitted(self, item):
         return rows_below_each_other(item) if isinstance(item, Table) and _needed(self, item) > self.width else item

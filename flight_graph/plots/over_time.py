@@ -1,4 +1,8 @@
-"""Quantities of bags over time, or one over another, as one picture: a panel for each, all runs in it."""
+"""Quantities of bags over time, or one over another, as one picture: a panel for each, all runs in it.
+
+``A - B`` is the difference of two quantities with equally many numbers, at the messages of the first: an estimate less the
+truth.
+"""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +19,7 @@ MOST_PANELS = 12
 MOST_LINES = 12  # of a panel and run
 MOST_POINTS = 20_000  # of a line
 MOST_MARKS = 25
+MINUS = " - "  # between two fields: their difference
 LINES_AT_FIRST = 4  # of a quantity that is drawn without having been asked for
 MARK_COLOURS = {FAULT: "#c0392b", LIMIT: "#d68910", ACT: "#6c4a9e", MODE: "#0b6e99", SETTING: "#2e8b57", END: "#1c2833"}
 
@@ -28,7 +33,10 @@ class Panel:
 
 
 def panels(runs: list[BagLines], fields: list[str]) -> list[Panel]:
-    """A panel for each field ``TOPIC.FIELD``; runs without it are left out where another one has it. Raises FlightError."""
+    """A panel for each field, ``TOPIC.FIELD`` or a difference of two. Raises FlightError.
+
+    Runs without it are left out where another one has it.
+    """
     if len(fields) > MOST_PANELS:
         raise FlightError(f"{len(fields)} fields are too many for one picture; allowed: {MOST_PANELS}")
     found = []
@@ -36,13 +44,29 @@ def panels(runs: list[BagLines], fields: list[str]) -> list[Panel]:
         shown, missing = [], None
         for run in runs:
             try:
-                shown.append((run.name, run.find(field)))
+                shown.append((run.name, quantity_of(run, field)))
             except FlightError as error:
                 missing = missing or error
         if not shown:
             raise missing
         found.append(Panel(f"{shown[0][1].topic}.{shown[0][1].name}", shown))
     return found
+
+
+def quantity_of(run: BagLines, field: str) -> Quantity:
+    """What ``TOPIC.FIELD`` or ``TOPIC.FIELD - TOPIC.FIELD`` names in a run. Raises FlightError."""
+    first, minus, second = field.partition(MINUS)
+    if not minus:
+        return run.find(field)
+    a, b = run.find(first.strip()), run.find(second.strip())
+    if len(a.lines) != len(b.lines):
+        raise FlightError(f"'{field}': the first has {len(a.lines)} numbers, the second {len(b.lines)}")
+    if a.unit and b.unit and a.unit != b.unit:
+        raise FlightError(f"'{field}': the first is in {a.unit}, the second in {b.unit}")
+    held = np.searchsorted(b.t, a.t, side="right") - 1  # the newest message of the second
+    lines = {name: np.where(held >= 0, values - other[np.maximum(held, 0)], np.nan) if len(other) else values * np.nan
+             for (name, values), other in zip(a.lines.items(), b.lines.values())}
+    return Quantity(a.topic, f"{a.name} less {b.topic}.{b.name}", a.unit or b.unit, a.t, lines)
 
 
 def first_panels(runs: list[BagLines]) -> list[Panel]:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from rich.table import Table
 
 from flight_graph.cli import show
 from tests.commands import runner
@@ -35,6 +36,15 @@ def toy_file(tmp_path):
 def test_help_names_an_example(flight, command):
     status, out, _ = flight(*command, "--help")
     assert status == 0 and "Example: flight " in out
+
+
+def test_a_table_that_is_too_wide_for_a_pipe_loses_nothing(capsys, monkeypatch):
+    monkeypatch.setattr(show.console, "width", 60)
+    table = Table(*(f"column {number}" for number in range(9)))
+    show.add(table, *(f"{number}-value-{number}" for number in range(9)))
+    show.console.print(table)
+    out = capsys.readouterr().out
+    assert all(f"{number}-value-{number}" in out for number in range(9)) and "column 8" in out, out
 
 
 def test_list_shows_scenarios_by_vehicle_and_components(flight):

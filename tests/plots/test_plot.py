@@ -154,3 +154,17 @@ def test_lines_of_a_bag_go_by_the_names_of_its_export(tmp_path):
     quantity = lines.find("/cubli/wheels.effort")
     assert list(quantity.lines) == ["[wheel_x]", "[wheel_y]", "[wheel_z]"] and quantity.t[0] == 0.0
     assert not any("stamp" in one.name for topic in lines.topics for one in lines.quantities(topic))
+
+
+def test_an_estimate_less_the_truth(flight, drawn, tmp_path):
+    """A difference at the messages of the first; of a slower second its newest message counts."""
+    a = write_bag(tmp_path / "a", 1)
+    status, _, err = flight("plot", "a", "/cubli/imu.angular_velocity - /cubli/imu.linear_acceleration", "--out", "p.png")
+    assert status == 2 and "the first is in rad/s, the second in m/s^2" in err
+    status, _, err = flight("plot", "a", "/cubli/imu.angular_velocity.x - /cubli/wheels.position[wheel_x]", "--out", "p.png")
+    assert status == 0, err
+    (line,) = drawn[0].axes[0].lines
+    newest = np.repeat(a.wheels["position"][:, 0], 2)  # the wheels speak at every second message of the inertial unit
+    assert (line.get_ydata() == a.imu["angular_velocity"][:, 0] - newest).all()
+    status, _, err = flight("plot", "a", "/cubli/imu.angular_velocity - /cubli/wheels.position[wheel_x]")
+    assert status == 2 and "the first has 3 numbers, the second 1" in err
