@@ -11,13 +11,12 @@ from pathlib import Path
 
 from flight_graph.components import names, registry
 from flight_graph.components.foreign import FUNCTIONS
+from flight_graph.engines import driver
 from flight_graph.engines.part_calls import parts, records
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.graphs.vary import Vary
 from flight_math.kernel import fingerprint, library
 
-_LOOP = tuple(f"flight_graph.engines.{name}" for name in (
-    "driver", "effects", "reductions", "condition_steps", "addresses"))
 _DRAWS = tuple(f"flight_graph.sampling.{name}" for name in (
     "combinations", "correlated", "distributions", "normal", "plan", "sampler", "sources"))
 _SCORES = "flight_graph.graphs.fault_scores"
@@ -28,7 +27,7 @@ def fingerprints(scenario: Scenario) -> dict[str, str]:
     """What decides the rows of a scenario's cases -> SHA-256 of its source: parts of components (``controller.kernel``),
     the driver, the mathematics, the metrics with all of ours that they import, the function that draws. Raises FlightError.
     """
-    found = {"driver": _files(_LOOP), "mathematics": library(), "draws": _files(_DRAWS)}
+    found = {"driver": _driver(), "mathematics": library(), "draws": _files(_DRAWS)}
     for name, node in scenario.graph.nodes.items():
         found |= {f"{name}.{part}": _part(node.component, part) for part in parts(node.component)}
     found |= _metrics(scenario, "")
@@ -89,6 +88,11 @@ def _reached(paths: set[Path]) -> set[Path]:
             reached.add(path)
             waiting += [found for name in _imported(path) if (found := _path(name)) is not None]
     return reached
+
+
+@cache
+def _driver() -> str:
+    return _digest_of(driver.CODE.sources)
 
 
 @cache

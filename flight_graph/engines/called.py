@@ -20,13 +20,13 @@ class Called:
     """
 
     def __init__(self, what: str, functions: dict, sources: list[Path], below: "Called | None" = None):
-        self._what, self._functions, self._sources, self._below = what, functions, sources, below
+        self.sources, self._what, self._functions, self._below = tuple(sources), what, functions, below
         self._codes = {}
 
     @cached_property
     def key(self) -> str:
         """Fingerprint of the machine code."""
-        texts = hashlib.sha256(b"".join(path.read_bytes() for path in self._sources)).hexdigest()
+        texts = hashlib.sha256(b"".join(path.read_bytes() for path in self.sources)).hexdigest()
         return parts.digest(self._what, *([self._below.key] if self._below else []), texts, library())
 
     def name(self, function: str) -> str:

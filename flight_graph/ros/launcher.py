@@ -9,8 +9,8 @@ from pathlib import Path
 
 import yaml
 
+from flight_graph.components.entries import flat
 from flight_graph.components.names import ros
-from flight_graph.components.records import flat
 from flight_graph.engines import compilation
 from flight_graph.engines.choice import check_engine
 from flight_graph.errors import FlightError

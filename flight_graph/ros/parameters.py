@@ -7,7 +7,7 @@ from rclpy.exceptions import ParameterException
 from rclpy.parameter import Parameter
 
 from flight_graph.components import declared
-from flight_graph.components.records import Entry, flat
+from flight_graph.components.entries import Entry, flat
 from flight_graph.errors import FlightError
 
 

@@ -8,7 +8,7 @@ import threading
 
 import numpy as np
 
-from flight_graph.components.records import flat
+from flight_graph.components.entries import flat
 from flight_graph.engines.checkpoint import Checkpoint, is_kept
 from flight_graph.engines.compiled import CompiledRun, Recording, Track
 from flight_graph.engines.schedule import Schedule
