@@ -30,7 +30,8 @@ from flight_graph.campaigns import report as reports
 from flight_graph.campaigns.folder import Campaign
 from flight_graph.campaigns.workers import Threads
 from flight_graph.components.foreign import agree
-from flight_graph.errors import FlightError
+from flight_graph.engines import checking as components
+from flight_graph.errors import FlightError, unknown
 from flight_graph.graphs import glossary, metrics
 from flight_graph.graphs import scenario as scenarios
 from flight_graph.graphs.scenario import Scenario, load
@@ -81,12 +82,14 @@ class Flown:
         """The quantities of the bag as lines over time."""
         return BagLines(self.bag)
 
-    @cached_property
-    def summary(self):
-        """The metrics as a table: value, unit, meaning."""
-        known = glossary.of(self.scenario)
-        entries = [known.entry(name) for name in self.metrics]
-        return table({"metric": list(self.metrics), "value": list(self.metrics.values()),
+    def summary(self, *names: str):
+        """The metrics, all or some, as a table: value, unit, meaning."""
+        known, names = glossary.of(self.scenario), names or tuple(self.metrics)
+        for name in names:
+            if name not in self.metrics:
+                raise unknown("metric", name, self.metrics, str(self.folder))
+        entries = [known.entry(name) for name in names]
+        return table({"metric": list(names), "value": [self.metrics[name] for name in names],
                       "unit": [entry.unit for entry in entries], "meaning": [entry.meaning for entry in entries]}, "metric")
 
 
@@ -187,34 +190,39 @@ def compare(campaign: Campaign, between: str, *names: str, confidence: float = 0
                   for group in found["groups"] for one in group["metrics"]])
 
 
-def check(requirements, *ids: str, out=None, jobs: int = 2):
-    """Run what requirements are shown by, a file or a vehicle's, and judge them: a table of verdicts. ids: those alone.
+def check(what, *ids: str, out=None, jobs: int = 2):
+    """Check a component, or requirements, as ``flight check`` does: a table of mistakes, or of verdicts.
 
-    out: a new folder for bags and papers; by itself runs/NAME-check-N.
+    what: FILE[:CLASS] or package/executable; or a file of requirements, or those of a vehicle. ids: of requirements, those
+    alone; out: a new folder for their bags and papers, by itself runs/NAME-check-N.
     """
-    content, path = requirements_file.read(str(requirements))
+    if not requirements_file.is_requirements(str(what)):
+        return table([{"component": one.name, "parts": ", ".join(one.parts), "verdict": "; ".join(
+            mistake["sentence"] for mistake in one.mistakes) or "correct"} for one in components.check(str(what))])
+    content, path = requirements_file.read(str(what))
     wanted = checking.needs(requirements_file.chosen(content, list(ids) or None, str(path)), agree)
     folder, began = checking.new_folder(None if out is None else Path(out), path.stem), time.perf_counter()
     judged = checking.check(wanted, folder, jobs, number)
     papers.write(folder, content.title, path.stem, judged, time.perf_counter() - began)
     return table([{"requirement": one.requirement.id, "limit": one.limit_text, "shown by": evidence.kind,
-                   "found": evidence.found, "verdict": evidence.verdict, "folder": str(folder)}
-                  for one in judged for evidence in one.evidence])
+                   "found": evidence.found, "verdict": evidence.verdict} for one in judged for evidence in one.evidence])
 
 
 def plot(what, *fields: str, over: str | None = None, begin: float | None = None, end: float | None = None,
          out=None) -> Picture:
-    """A picture, as ``flight plot`` draws it. what: a `Flown`, a bag's folder or a campaign, or a list of one kind of them;
-    fields: ``TOPIC.FIELD`` (or ``A - B``), of campaigns metrics. out: a file, .png, where it is to be kept.
+    """A picture, as ``flight plot`` draws it. what: a `Flown`, a bag's folder or a campaign; or several of one kind, as a
+    list, or as a dictionary by the names that they have in it; fields: ``TOPIC.FIELD`` (or ``A - B``), of campaigns
+    metrics. out: a file, .png, where it is to be kept.
     """
-    found = list(what) if isinstance(what, (list, tuple)) else [what]
+    names = [str(name) for name in what] if isinstance(what, dict) else None
+    found = list(what.values()) if isinstance(what, dict) else list(what) if isinstance(what, (list, tuple)) else [what]
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "picture.png" if out is None else Path(out)
         if path.suffix != ".png":
             raise FlightError(f"'{path}': a notebook shows .png; flight plot writes .svg and .pdf as well")
         if all(isinstance(one, Campaign) for one in found):
-            over_cases.draw(found, [one.path.name for one in found], list(fields), over, path)
+            over_cases.draw(found, names or [one.path.name for one in found], list(fields), over, path)
         else:
-            lines = picture.read([one.folder if isinstance(one, Flown) else one for one in found])
+            lines = picture.read([one.folder if isinstance(one, Flown) else one for one in found], names)
             picture.draw(lines, list(fields), path, over, begin, end)
         return Picture(path.read_bytes(), None if out is None else path)

@@ -15,9 +15,9 @@ from flight_graph.recordings.bag_scenario import read_scenario
 from flight_graph.recordings.what_ran import what_ran
 
 
-def read(bags: list) -> list[BagLines]:
-    """Bags under the names that tell them apart. Raises FlightError."""
-    return [BagLines(bag, name) for bag, name in zip(bags, run_names(bags))]
+def read(bags: list, names: list[str] | None = None) -> list[BagLines]:
+    """Bags under these names, by default ones that tell them apart. Raises FlightError."""
+    return [BagLines(bag, name) for bag, name in zip(bags, names or run_names(bags))]
 
 
 def draw(runs: list[BagLines], fields: list[str], path: Path, over: str | None = None, begin: float | None = None,
