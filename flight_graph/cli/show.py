@@ -48,10 +48,12 @@ def rows_below_each_other(table: Table) -> Group:
     parts = [Text(str(table.title), style="italic")] if table.title and not isinstance(table.title, Text) else [
         part for part in [table.title] if part]
     heads = [head.header if isinstance(head.header, Text) else Text.from_markup(str(head.header)) for head in table.columns]
+    above = ""
     for cells in zip(*(column.cells for column in table.columns)):
         first, *others = (cell if isinstance(cell, Text) else Text.from_markup(str(cell)) for cell in cells)
-        if first.plain:
+        if first.plain not in ("", above):
             parts.append(Text.assemble(first, style="bold"))
+        above = first.plain
         named = [Text.assemble((f"{head.plain} ", "dim"), cell) for head, cell in zip(heads[1:], others) if cell.plain]
         short = [text for text in named if len(text) <= _SHORT and "\n" not in text.plain]
         if short:
