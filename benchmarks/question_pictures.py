@@ -3,9 +3,9 @@
     python benchmarks/question_pictures.py                  # all pages
     python benchmarks/question_pictures.py gain --show      # one, and what its commands print
 
-A page says so itself, in comments that no reader sees: ``<!-- file NAME -->`` above a block that is saved, ``<!-- output -->``
-above lines that its commands print, ``<!-- by hand -->`` above commands of several terminals, which are left out here, and
-``<!-- picture FROM TO -->`` above a picture.
+A page says so itself, in comments that no reader sees: ``<!-- file NAME -->`` above a block that is saved,
+``<!-- output -->`` above lines that its commands print, ``<!-- by hand -->`` above commands of several terminals, which
+are left out here, and ``<!-- picture FROM TO -->`` above a picture.
 """
 
 import argparse
