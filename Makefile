@@ -13,7 +13,7 @@ INSTALLED := setup.py package.xml pyproject.toml $(wildcard */nodes.py launch/*/
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup develop viewers demo compile test portable bench lock clean choose
+.PHONY: help setup develop viewers docs demo compile test portable bench lock clean choose
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -28,6 +28,10 @@ develop: setup $(TESTERS) ## the packages of the tests as well
 
 viewers: setup ## Rerun and the stream to Foxglove, for flight view and flight serve (500 MB)
 	requirements/install.sh --viewers
+
+docs: setup ## the handbook as a site, in build/site (90 MB of packages)
+	requirements/install.sh --docs
+	@$(BIN)/python docs/build.py --execute
 
 demo: setup ## a first flight (runs: flight demo)
 	$(BIN)/flight demo

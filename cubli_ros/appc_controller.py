@@ -167,7 +167,17 @@ def largest_factor(part, rest, bound):
 
 
 class AppcController(Component):
-    """Adaptive prescribed performance control of the Cubli rover's attitude."""
+    """Adaptive prescribed performance control of the Cubli rover's attitude.
+
+    Promises: a torque on the body by each wheel [N m], axes of `cubli_base`, none beyond `torque_limit`, by eq.
+    (10)-(16). As long as no torque is clipped, the error of the Cardan angles [rad] stays inside the funnel rho_a and
+    the error of the rates [rad/s] inside rho_u. The funnel's telemetry says at every firing how much of both is used
+    (xi), and counts what was clipped, outside of a funnel, or rearmed.
+
+    Bad input: zero torque while no attitude with a known orientation is there (covariance -1: unknown). It does not
+    look at ages: an old attitude is answered as it is, and the mode manager is who takes over. While a torque is
+    clipped the adaptive gains rest. A first sample outside of a funnel ends the run, unless `rearm` widens it.
+    """
 
     parameters, state = AppcParameters, AppcState
     inputs = {"attitude": cubli.ATTITUDE}

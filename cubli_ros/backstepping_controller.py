@@ -30,7 +30,14 @@ def backstepping_kernel(t_ns, p, x, attitude, command, tracking):
 
 
 class BacksteppingController(Component):
-    """Backstepping control of the Cubli rover's attitude."""
+    """Backstepping control of the Cubli rover's attitude.
+
+    Promises: a torque on the body by each wheel [N m], axes of `cubli_base`, u = I (-G^T e - c2 (omega - alpha) +
+    alpha') - f M_g, none beyond `torque_limit`. It promises no bound on the error: it is the paper's second baseline.
+
+    Bad input: zero torque until a first attitude with a known orientation. An attitude that is unknown later
+    (covariance -1) is left unanswered: the last torque stays. It does not look at ages.
+    """
 
     parameters = BacksteppingParameters
     inputs = {"attitude": cubli.ATTITUDE}

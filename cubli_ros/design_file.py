@@ -5,6 +5,8 @@ import yaml
 from cubli_ros.design import Design, design  # noqa: F401 (what flight design needs, in one place)
 from cubli_ros.design_site import PHASINGS, Rover, Site
 
+SCENARIO = "cubli_asteroid"  # that a design is flown in
+
 
 class _Dumper(yaml.SafeDumper):
     """Without anchors, which the readers of ROS parameter files do not know."""

@@ -102,7 +102,16 @@ def diagnostics(record):
 
 
 class JumpMonitor(Component):
-    """Watches whether the Cubli rover stays on the ground: rate limits, normal force, friction."""
+    """Watches whether the Cubli rover stays on the ground: rate limits, normal force, friction.
+
+    Promises: margins to losing the ground at every firing: rates [rad/s] against eq. (9), by axis, by norm and about
+    the corner, normal force [m g] and friction ratio of the model; and the worst of them ten times a second as a
+    verdict, ok, warning or error, with hysteresis, also on /diagnostics. The disturbance, which nobody on board knows,
+    is not in the contact force.
+
+    Bad input: while no attitude with a known orientation is there nothing is measured, and the verdict is ok. Without
+    gravity the normal force is 0 and the friction ratio 1e6: an error.
+    """
 
     parameters, state = JumpMonitorParameters, JumpMonitorState
     inputs = {"attitude": cubli.ATTITUDE, "command": cubli.COMMAND}

@@ -282,7 +282,16 @@ def tell(x, outputs):
 
 
 class ModeManager(Component):
-    """Mode manager of the Cubli rover: balance, hold, rest, and a torque that keeps the corner on the ground."""
+    """Mode manager of the Cubli rover: balance, hold, rest, and a torque that keeps the corner on the ground.
+
+    Promises: at every firing one torque on the body by each wheel [N m], axes of `cubli_base`, none beyond
+    `torque_limit`, lessened where the model says that the corner would lose the ground; the drives' power switches; the
+    mode, since when and why.
+
+    Bad input: an estimate that is not valid or older than `estimate_age`, a command older than `command_age`, or a
+    failed wheel leads from balance to hold; no rate at all leads to rest without torque. A request that cannot be
+    obeyed is not. A memory cell that an upset has made impossible begins anew.
+    """
 
     modes = ("balance", "hold", "rest")
     parameters, state = ModeManagerParameters, ModeManagerState

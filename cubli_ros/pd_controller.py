@@ -51,7 +51,14 @@ def pd_kernel(t_ns, p, x, attitude, command, tracking):
 
 
 class PdController(Component):
-    """Proportional-derivative control of the Cubli rover's attitude."""
+    """Proportional-derivative control of the Cubli rover's attitude.
+
+    Promises: a torque on the body by each wheel [N m], axes of `cubli_base`, u = I (-kp e - kd omega) - f M_g, none
+    beyond `torque_limit`. It promises no bound on the error: it is the paper's first baseline.
+
+    Bad input: zero torque until a first attitude with a known orientation. An attitude that is unknown later
+    (covariance -1) is left unanswered: the last torque stays. It does not look at ages.
+    """
 
     parameters = PdParameters
     inputs = {"attitude": cubli.ATTITUDE}

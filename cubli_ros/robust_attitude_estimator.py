@@ -165,7 +165,18 @@ def tell(p, x, telemetry, status):
 
 
 class RobustAttitudeEstimator(Component):
-    """Attitude filter of the Cubli rover that tests, isolates and re-admits its sensors, and says whether it is valid."""
+    """Attitude filter of the Cubli rover that tests, isolates and re-admits its sensors, and says whether it is valid.
+
+    Promises: attitude, rates and covariances as attitude_estimator has them, and `status.valid`, the flag to obey:
+    while it is 1 the filter's own standard deviation of the attitude is at most `valid_sigma` [rad], and one of gyro
+    and tracker was heard within `coast_time` [s].
+
+    Bad input: a gyro sample that is too fast, changes faster than torques allow, or repeats itself is refused, and the
+    last good one is used; `gyro_limit` of them in a row isolate the gyro, and the tracker alone carries the rate. A
+    tracker measurement that repeats bit for bit or lies beyond the gate is refused; `tracker_limit` in a row isolate
+    the tracker. Both come back when they agree again. A memory that no filter can have (an upset) restarts the
+    estimate. A tracker that drifts slowly passes for a biased gyro.
+    """
 
     parameters, state = RobustEstimatorParameters, RobustEstimatorState
     inputs = {"imu": cubli.IMU, "star_tracker": cubli.STAR_TRACKER}

@@ -73,7 +73,15 @@ def watch(t_ns, p, x, wheels, command, status):
 
 
 class WheelMonitor(Component):
-    """Watches whether the wheels of the Cubli rover do as they are told; its command is that of the tick before."""
+    """Watches whether the wheels of the Cubli rover do as they are told; its command is that of the tick before.
+
+    Promises: for each wheel the torque [N m] that its speed tells of, the residual against the command, and `failed`,
+    which is 1 once the residual has been beyond `residual_limit` plus `relative_limit` of the largest torque for
+    `fail_time` [s]. A wheel that is asked for less than that hides its failure.
+
+    Bad input: no difference is taken over a missing wheel state: the age [s] of the last one grows, and the verdict
+    stays. A wild number counts for twice `torque_limit` at most, so that it is not remembered for long.
+    """
 
     parameters, state = WheelMonitorParameters, WheelMonitorState
     inputs = {"wheels": cubli.WHEEL_STATE, "command": cubli.SAFE_COMMAND}

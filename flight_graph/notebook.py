@@ -36,7 +36,7 @@ from flight_graph.graphs import glossary, metrics
 from flight_graph.graphs import scenario as scenarios
 from flight_graph.graphs.scenario import Scenario, load
 from flight_graph.plots import picture
-from flight_graph.plots.series import BagLines
+from flight_graph.plots.bag_lines import BagLines
 from flight_graph.recordings.recording import BagSignals, open_run
 from flight_graph.reports import over_cases
 from flight_graph.reports.verdicts import number
@@ -72,14 +72,14 @@ class Flown:
     def table(self, topic: str):
         """All numbers of a topic as a table, a row a message, columns with units; the index is the time."""
         columns = {"t [s]": self.t(topic)}
-        for quantity in self.lines.quantities(self.bag.spelled(topic)):
-            unit = f" [{quantity.unit}]" if quantity.unit else ""
-            columns |= {f"{quantity.name}{line}{unit}": values for line, values in quantity.lines.items()}
+        for series in self.lines.series(self.bag.spelled(topic)):
+            unit = f" [{series.unit}]" if series.unit else ""
+            columns |= {f"{series.name}{line.entry}{unit}": line.values for line in series.lines}
         return table(columns, index="t [s]")
 
     @cached_property
     def lines(self) -> BagLines:
-        """The quantities of the bag as lines over time."""
+        """The series of the bag."""
         return BagLines(self.bag)
 
     def summary(self, *names: str):

@@ -35,7 +35,8 @@ class Outcome:
 
 
 def new_folder(wanted: Path | None, scenario: Scenario, engine: str) -> Path:
-    """The bag's folder: ``wanted`` (refused when it exists), or the next free runs/<scenario>-<engine>-<n>."""
+    """The bag's folder: ``wanted`` (refused when it exists), or the next free runs/<scenario>-<engine>-<n>. Raises
+    FlightError."""
     if wanted is not None:
         _check_folder(wanted)
         if os.path.lexists(wanted):
@@ -96,9 +97,19 @@ def execute(scenario: Scenario, engine: str = "compiled", pace: str = "lockstep"
         write_recording(stop.recording, folder, engine, begin=begin)
         raise
     write_recording(recording, folder, engine, begin=begin)
-    found = metrics.compute(scenario, recording)
+    found, missing = _judged(scenario, recording, begin)
     return Outcome(folder, engine, "none", recording.wall_s, recording.compile_s, found,
-                   alarms=alarms(glossary.of(scenario), found, scenario, recording))
+                   alarms=[*missing, *alarms(glossary.of(scenario), found, scenario, recording)])
+
+
+def _judged(scenario, signals, begin) -> tuple[dict, list[str]]:
+    """The metrics of a run; of a part of one, which may be too short for them, none and a sentence."""
+    try:
+        return metrics.compute(scenario, signals), []
+    except FlightError as error:
+        if begin is None:
+            raise
+        return {}, [f"no metrics: this part of the run may be too short for them: {error}"]
 
 
 def _prepare(parent: Path) -> None:
@@ -174,7 +185,7 @@ def _ros(scenario, folder, pace, factor, progress, compiling, check_bounds, tell
     result = launcher.run(
         scenario, folder, pace, factor, progress, compiling, check_bounds, tell, begin, controlled, around)
     signals = BagSignals(read_bag(result.bag), scenario)
-    found = {} if result.was_ended else metrics.compute(scenario, signals)
+    found, missing = ({}, []) if result.was_ended else _judged(scenario, signals, begin)
     return Outcome(result.bag, "ros", pace_text(pace, factor), result.wall_s, 0.0, found, result.statistics,
                    int(result.outcome.get("lost", 0)), result.domain, result.notes,
-                   alarms(glossary.of(scenario), found, scenario, signals), result.earlier, result.was_ended)
+                   [*missing, *alarms(glossary.of(scenario), found, scenario, signals)], result.earlier, result.was_ended)

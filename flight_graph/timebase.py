@@ -38,7 +38,7 @@ def _neighbours(rate: Fraction) -> str:
 
 
 def duration_ns(seconds: float, where: str) -> int:
-    """A duration as whole nanoseconds (rounded), greater than zero."""
+    """A duration [s] as whole nanoseconds (rounded), greater than zero. where: for the sentence. Raises FlightError."""
     number = _positive(seconds, where, "a time in seconds") * SECOND
     if number > LONGEST:
         raise FlightError(f"{where}: {seconds} is not allowed; allowed: at most {LONGEST / SECOND:g} s")

@@ -104,7 +104,17 @@ def report_energy(p, terms, motor, gradient, excess, constraints):
 
 
 class LandingController(Component):
-    """Twistor-based landing law with path constraints, after Zhang and Cai (reconstruction)."""
+    """Twistor-based landing law with path constraints, after Zhang and Cai (reconstruction).
+
+    Promises: force [N] and torque [N m] on the body, frame B, within the limits of the thrusters, to the goal at rest.
+    As long as nothing saturates and the odometry is right, clearance stays above zero and the site in the view cone,
+    because the Lyapunov function does not rise. Clearance [m], view angle [rad], energy, its rate and the time of
+    saturation [s] are said at every firing.
+
+    Bad input: zero wrench while the odometry holds no estimate (covariance -1). It does not look at ages: the mode
+    manager does. A first pose that breaks a constraint ends the run, unless `refuse_unsafe_start` is false. Gains with
+    which saturation must be expected are warned of before the run, with the numbers.
+    """
 
     parameters, state = LandingControllerParameters, LandingControllerState
     inputs = {"odometry": lander.ODOMETRY, "gravity": lander.GRAVITY}

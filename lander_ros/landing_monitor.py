@@ -155,7 +155,15 @@ def diagnostics(record):
 
 
 class LandingMonitor(Component):
-    """Watches the path constraints of the landing, their invariance, and the touchdown funnel."""
+    """Watches the path constraints of the landing, their invariance, and the touchdown funnel.
+
+    Promises: twice a second a verdict on everything since the last one: ok, warning, error or stale, its reasons, the
+    lowest clearance [m] and the widest view angle [rad]; and advice to abort once a constraint is violated or the
+    Lyapunov function has left the set it started in. Also on /diagnostics.
+
+    Bad input: stale before a first estimate, and while the odometry is older than `odometry_timeout` [s]. Without the
+    law's telemetry the pose alone is judged.
+    """
 
     parameters, state = LandingMonitorParameters, LandingMonitorState
     inputs = {"odometry": lander.ODOMETRY, "constraints": lander.CONSTRAINTS}

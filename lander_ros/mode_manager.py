@@ -268,7 +268,16 @@ def show(p, x, odometry, budget):
 
 
 class ModeManager(Component):
-    """Descend, hover or abort: lets the landing law through or flies a safe state, and says what that would cost."""
+    """Descend, hover or abort: lets the landing law through or flies a safe state, and says what that would cost.
+
+    Promises: at every firing one wrench [N, N m], frame B: that of the landing law, of hover or of abort; which of the
+    two safe states the budget [m/s] covers, and what each would cost, before anybody asks.
+
+    Bad input: an estimate that is invalid or older than `estimate_age` for `patience` [s] leads to abort, blind while
+    it lasts: the last known velocity change and weight, in body axes, then nothing. A nominal command older than
+    `command_age` leads to hover. A request that is not allowed is refused and counted. Below `commit_height` a descent
+    is carried through.
+    """
 
     modes = ("descend", "hover", "abort")
     parameters, state = ModeManagerParameters, ModeManagerState

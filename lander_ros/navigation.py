@@ -163,7 +163,17 @@ def variances(covariance):
 
 
 class Navigation(Component):
-    """Error-state Kalman filter of the lander: pose and motor relative to the landing site."""
+    """Error-state Kalman filter of the lander: pose and motor relative to the landing site.
+
+    Promises: position [m] and orientation (B to D) in the landing frame D, velocity [m/s] and rate [rad/s] in B, with
+    covariances, at every firing, and the biases of the inertial unit. Where the noise is as declared they are
+    consistent with the truth.
+
+    Bad input: no estimate (covariance -1) before the first sample in which star tracker, altimeter and camera all have
+    something to say. An altimeter out of reach (infinite) and a camera without the mark (zeros) are left out; an
+    innovation beyond the gate is refused and counted. A silent inertial unit's last sample is used on, and no sample of
+    it is tested: see robust_navigation.
+    """
 
     parameters, state = NavigationParameters, NavigationState
     inputs = {"imu": lander.IMU, "star_tracker": lander.STAR_TRACKER, "altimeter": lander.ALTIMETER,

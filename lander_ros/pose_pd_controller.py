@@ -21,7 +21,13 @@ def control(t_ns, p, x, odometry, gravity, command):
 
 
 class PosePdController(Component):
-    """PD law on position and attitude, the baseline of the landing."""
+    """PD law on position and attitude, the baseline of the landing.
+
+    Promises: force [N] and torque [N m] on the body, frame B, within the limits of the thrusters, to the goal. It knows
+    no constraint: it is what the landing law is compared with.
+
+    Bad input: zero wrench while the odometry holds no estimate (covariance -1). It does not look at ages.
+    """
 
     parameters = PosePd
     inputs = {"odometry": lander.ODOMETRY, "gravity": lander.GRAVITY}

@@ -190,7 +190,17 @@ def report(p, x, status, residuals):
 
 
 class RobustNavigation(Component):
-    """Kalman filter of the lander that tests, isolates and re-admits its sensors, and says how far it is to be believed."""
+    """Kalman filter of the lander that tests, isolates and re-admits its sensors, and says how far it is to be believed.
+
+    Promises: what navigation promises, and `status.valid`, the flag to obey: while it is 1 the filter's own standard
+    deviations are within `position_limit`, `velocity_limit`, `attitude_limit` and `rate_limit`. Residuals of force [N]
+    and torque [N m] tell of thrusters.
+
+    Bad input: each measurement is tested as a whole; a sensor that fails too often in a row is isolated, and comes back
+    when it agrees again. Inertial samples that cannot be are replaced by the last good one, or by what was commanded,
+    with more noise. A contradiction is decided by the sensor that two others side against. An estimate that no filter
+    can have (an upset) begins anew.
+    """
 
     parameters, state = RobustNavigationParameters, RobustNavigationState
     inputs = {"imu": lander.IMU, "star_tracker": lander.STAR_TRACKER, "altimeter": lander.ALTIMETER,

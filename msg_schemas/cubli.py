@@ -9,7 +9,7 @@ the corner; it is where ``map`` is.
 
 from msg_schemas import modes
 from msg_schemas.qos import Role
-from msg_schemas.signal import Quantity, Signal, named_vector
+from msg_schemas.signal import TURNING, Quantity, Signal, named_vector
 
 BASE = "cubli_base"
 BALANCE = "cubli_balance"
@@ -58,7 +58,7 @@ TRUTH_POSE = Signal("cubli/truth/pose", "geometry_msgs/msg/PoseStamped", Role.TR
                     doc="pose of the cube's centre in the site frame, for viewers")
 WHEEL_STATE = Signal("cubli/wheel_state", "sensor_msgs/msg/JointState", Role.SENSOR,
                      {"header.frame_id": BASE, "name": WHEELS, "velocity": 3, "effort": 3},
-                     doc="wheel speeds and the torque held over the last interval")
+                     doc="wheel speeds and the torque held over the last interval", units=TURNING)
 IMU = Signal("cubli/imu", "sensor_msgs/msg/Imu", Role.SENSOR, {"header.frame_id": IMU_LINK},
              doc="gyro and accelerometer at the cube's centre; orientation is unknown (covariance -1)")
 STAR_TRACKER = Signal("cubli/star_tracker", "geometry_msgs/msg/QuaternionStamped", Role.SENSOR,
@@ -74,7 +74,8 @@ FILTER = named_vector("cubli/attitude_filter", BASE, {
     "rejected": Quantity(None, "1", "measurements refused by the gate"),
 }, Role.TELEMETRY, doc="inside of the attitude filter")
 COMMAND = Signal("cubli/wheel_command", "sensor_msgs/msg/JointState", Role.COMMAND,
-                 {"header.frame_id": BASE, "name": WHEELS, "effort": 3}, doc="torque on the body by each wheel")
+                 {"header.frame_id": BASE, "name": WHEELS, "effort": 3}, doc="torque on the body by each wheel",
+                 units=TURNING)
 FUNNEL = named_vector("cubli/funnel", BASE, {
     "attitude_error": Quantity(3, "rad", "e_a, eq. (10)"),
     "attitude_bound": Quantity(3, "rad", "rho_a"),
@@ -117,7 +118,7 @@ JUMP_STATUS = named_vector("cubli/jump_status", BASE, {
 }, Role.TELEMETRY, doc="verdict of the jump monitor")
 SAFE_COMMAND = Signal("cubli/safe_command", "sensor_msgs/msg/JointState", Role.COMMAND,
                       {"header.frame_id": BASE, "name": WHEELS, "effort": 3},
-                      doc="torque on the body by each wheel, from the mode manager")
+                      doc="torque on the body by each wheel, from the mode manager", units=TURNING)
 WHEEL_POWER = named_vector("cubli/wheel_power", BASE, {
     "on": Quantity(3, "1", "0: the drive of this wheel is without power, and the wheel turns freely"),
 }, Role.COMMAND, doc="power switches of the wheels' drives")

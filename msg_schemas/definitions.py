@@ -32,7 +32,7 @@ def definition(type_name: str) -> Definition:
 
 
 def deserialize(payload: bytes, type_name: str):
-    """A message object from its serialised form, of either byte order.
+    """A message object from its serialised form, of either byte order. Raises ValueError where there is none.
 
     Bytes behind the message are ignored, as CDR readers do: Fast DDS leaves some behind a message with empty sequences.
     """

@@ -36,6 +36,7 @@ class Role(Enum):
 
     @property
     def qos(self) -> Qos:
+        """Reliability, durability and depth of this role."""
         return QOS[self]
 
 

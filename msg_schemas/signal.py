@@ -17,6 +17,7 @@ from msg_schemas.qos import Role
 ENCAPSULATION = b"\x00\x01\x00\x00"  # CDR, little endian
 _LITTLE_ENDIAN = ENCAPSULATION[:2]
 LONGEST_VALUE = 16  # longer arrays of float64 are read by reference
+TURNING = {"position": "rad", "velocity": "rad/s", "effort": "N m"}
 ROUNDING = 1e-12  # [SI unit of the field] two values that differ by less are the same but for rounding
 
 
@@ -50,6 +51,7 @@ class Signal:
     topic: default topic name, relative (``cubli/imu``). type_name: ROS type. role: key of the QoS table.
     fixed: constant parts by path: a string, a list of strings, or the length of a sequence.
     groups: named quantities of a float64 array, by path. may_be_nonfinite: field paths where inf or NaN has a meaning.
+    units: of joints, by field; a JointState's type leaves them open (`TURNING`: joints that turn).
     The first field is the header (or the first element's header): every signal is stamped. ``values`` names the fields that
     kernels see as vectors and quaternions: (path, "Vec3" | "Quaternion" | length).
     """
@@ -61,6 +63,7 @@ class Signal:
     groups: dict = field(default_factory=dict)
     doc: str = ""
     may_be_nonfinite: tuple = ()
+    units: dict = field(default_factory=dict)
 
     def __post_init__(self):
         for name in (name for parts in self.groups.values() for name in parts):

@@ -9,7 +9,7 @@ base axes. `topics` makes the table for any number of joints; `MINI` is the one 
 from dataclasses import dataclass
 
 from msg_schemas.qos import Role
-from msg_schemas.signal import Quantity, Signal, named_vector
+from msg_schemas.signal import TURNING, Quantity, Signal, named_vector
 
 BASE = "space_robot_base"
 INERTIAL = "inertial"
@@ -56,7 +56,10 @@ class Topics:
 
 
 def topics(joint_names: list[str], body_names: list[str], prefix: str = "spacerobot") -> Topics:
-    """The topic table of a robot with these joints and bodies (one more than joints, the base first)."""
+    """The topic table of a robot with these joints and bodies (one more than joints, the base first).
+
+    Raises ValueError where their numbers do not fit.
+    """
     n = len(joint_names)
     if len(body_names) != n + 1:
         raise ValueError(f"{n} joints carry {n + 1} bodies with the base, not {len(body_names)}")
@@ -123,7 +126,7 @@ def topics(joint_names: list[str], body_names: list[str], prefix: str = "spacero
                             {"header.frame_id": INERTIAL}, doc="measured attitude, base to inertial axes"),
         joint_state=Signal(f"{prefix}/joint_states", "sensor_msgs/msg/JointState", Role.SENSOR, measured,
                            doc="encoders, rates, and the torque held over the last interval",
-                           may_be_nonfinite=("effort",)),
+                           may_be_nonfinite=("effort",), units=TURNING),
         base_torque=Signal(f"{prefix}/base_torque", "geometry_msgs/msg/WrenchStamped", Role.SENSOR,
                            {"header.frame_id": BASE}, doc="measured torque on the base over the last interval"),
         wheel_momentum=vector("wheel_momentum", {
@@ -134,7 +137,8 @@ def topics(joint_names: list[str], body_names: list[str], prefix: str = "spacero
                         {"header.frame_id": INERTIAL, "child_frame_id": BASE},
                         doc="estimated attitude and body rates; position and velocity are not estimated (zero)"),
         joint_estimate=Signal(f"{prefix}/joint_estimate", "sensor_msgs/msg/JointState", Role.ESTIMATE, measured,
-                              doc="estimated angles and rates, measured torques", may_be_nonfinite=("effort",)),
+                              doc="estimated angles and rates, measured torques", may_be_nonfinite=("effort",),
+                              units=TURNING),
         accelerations=vector("accelerations", {
             "translation": Quantity(3, "m/s^2", "inertial, of the base origin, base axes"),
             "angular": Quantity(3, "rad/s^2"),
@@ -153,7 +157,7 @@ def topics(joint_names: list[str], body_names: list[str], prefix: str = "spacero
             "held": Quantity(None, "1", "joints held at a stop"),
         }, Role.COMMAND, "desired motion"),
         joint_command=Signal(f"{prefix}/joint_command", "sensor_msgs/msg/JointState", Role.COMMAND,
-                             {**joints, "effort": n}, doc="torque of each joint's drive"),
+                             {**joints, "effort": n}, doc="torque of each joint's drive", units=TURNING),
         base_command=Signal(f"{prefix}/base_command", "geometry_msgs/msg/WrenchStamped", Role.COMMAND,
                             {"header.frame_id": BASE}, doc="torque wanted on the base"),
         control=vector("control", {
@@ -168,7 +172,8 @@ def topics(joint_names: list[str], body_names: list[str], prefix: str = "spacero
         brakes=vector("brakes", {"engaged": Quantity(n, "1", "1: the brake of the joint is engaged")}, Role.COMMAND,
                       "brakes of the joints"),
         safe_joint_command=Signal(f"{prefix}/safe_joint_command", "sensor_msgs/msg/JointState", Role.COMMAND,
-                                  {**joints, "effort": n}, doc="torque of each joint's drive, as the mode allows it"),
+                                  {**joints, "effort": n}, doc="torque of each joint's drive, as the mode allows it",
+                                  units=TURNING),
         safe_base_command=Signal(f"{prefix}/safe_base_command", "geometry_msgs/msg/WrenchStamped", Role.COMMAND,
                                  {"header.frame_id": BASE}, doc="torque wanted on the base, as the mode allows it"),
         parameters=vector("parameters", {"pi": Quantity(10 * (n + 1), "SI")}, Role.ESTIMATE,

@@ -38,7 +38,8 @@ if [ "${1:-}" = --viewers ]; then
     exit
 fi
 if [ "${1:-}" = --docs ]; then
-    locked "requirements/python$(version_of $bin/python)-docs.txt"
+    locked "requirements/python$(version_of $bin/python)-docs.txt" || stop "the packages of the handbook's site could not be" \
+        "installed (the reason stands above; it needs a package index). docs/*.md can be read without it."
     echo "setup: packages of the handbook and its notebooks"
     exit
 fi

@@ -102,7 +102,15 @@ def monitor(topics: spacerobot.Topics) -> type[Component]:
     """The monitor of a robot with these topics."""
 
     class ActuatorMonitor(Component):
-        """Watches the space robot's drives and wheels: torque errors, and residuals of the equation of motion."""
+        """Watches the space robot's drives and wheels: torque errors, and residuals of the equation of motion.
+
+        Promises: for each axis of the base and each joint the low-passed difference [N m] of measured and commanded
+        torque, and the residual [N m] of the equation of motion: friction, a brake, a stop or a push, which nobody
+        commanded.
+
+        Bad input: without a new estimate it says that nothing is known (`known` 0) and begins anew. A rate that the
+        estimator doubts restarts the residuals. A difference that is not finite or beyond 1e9 N m is left out.
+        """
 
         parameters, state = monitor_parameters(topics.joints), monitor_state(topics.joints)
         inputs = {"odometry": topics.odometry, "joints": topics.joint_estimate, "accelerations": topics.accelerations,

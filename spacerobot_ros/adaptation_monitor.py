@@ -141,7 +141,15 @@ def monitor(topics: spacerobot.Topics) -> type[Component]:
     """The monitor of a robot with these topics."""
 
     class AdaptationMonitor(Component):
-        """Watches the space robot's adaptation: prediction error, excitation, consistency, saturation."""
+        """Watches the space robot's adaptation: prediction error, excitation, consistency, saturation.
+
+        Promises: at every firing the torque that the estimate mispredicts [N m] and whether learning should rest; once
+        a second how many directions of the parameters have been excited, and whether each body of the estimate can
+        exist. Also on /diagnostics.
+
+        Bad input: a torque reading that is not finite is left out and counted (`unread`). Before a first estimate of
+        the motion nothing is judged. Without an estimate of the parameters the prior is judged.
+        """
 
         parameters, state = monitor_parameters(topics.joints), monitor_state(topics.joints)
         inputs = {"odometry": topics.odometry, "joints": topics.joint_estimate, "accelerations": topics.accelerations,

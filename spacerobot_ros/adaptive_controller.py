@@ -85,7 +85,15 @@ def controller(topics: spacerobot.Topics) -> type[Component]:
     """The adaptive controller of a robot with these topics."""
 
     class AdaptiveController(Component):
-        """Adaptive control of base attitude and joints on the estimated inertial parameters (Slotine and Li)."""
+        """Adaptive control of base attitude and joints on the estimated inertial parameters (Slotine and Li).
+
+        Promises: torques on the base (base axes) and of the joints [N m] by eq. (38), none beyond `torque_limit`, on
+        the newest estimate of the inertial parameters. How far the tracking error comes down depends on who estimates
+        them: docs/spacerobot.md.
+
+        Bad input: zero torque until reference, odometry and joints have come. Without an estimate of the parameters it
+        uses its own prior. Clipped axes are counted. It does not look at ages: the mode manager does.
+        """
 
         parameters = controller_parameters(topics.joints)
         inputs = {"reference": topics.reference, "odometry": topics.odometry, "joints": topics.joint_estimate,

@@ -18,6 +18,16 @@ from spacerobot_ros.least_squares_estimator import (
 )
 from spacerobot_ros.motion_inputs import measured_motion, measured_torques
 
+SUMMARY = """Inertial parameters by least squares on the low-passed equation of motion, without accelerations.
+
+Promises: ten inertial parameters of each body, SI units, at every firing, from rates and torques that went through the same
+low-pass, and how many readings were used, skipped, or left out while it rested.
+
+Bad input: a reading that is not finite is skipped and counted, and the filter begins anew; a covariance that has lost its
+symmetry or is not positive is repaired or begun anew, and that is counted. It rests while the monitor says that an actuator
+is at its limit.
+"""
+
 
 def filtered_parameters(joints):
     """Parameters of the filtered estimator."""
@@ -68,7 +78,7 @@ def estimator(topics: spacerobot.Topics) -> type[Component]:
 
     return covariance_estimator(
         topics, filtered_parameters(topics.joints), filtered_state(topics.joints), estimate,
-        "Inertial parameters by least squares on the low-passed equation of motion, without accelerations.")
+        SUMMARY)
 
 
 FilteredEstimator = estimator(spacerobot.MINI)

@@ -114,7 +114,14 @@ def estimators(topics: spacerobot.Topics) -> tuple[type[Component], type[Compone
     writes = {"parameters": topics.parameters, "telemetry": topics.estimator}
 
     class LyapunovEstimator(Component):
-        """Inertial parameters by Lyapunov's law: no torque is measured."""
+        """Inertial parameters by Lyapunov's law: no torque is measured.
+
+        Promises: ten inertial parameters of each body, SI units, by eq. (45) at every firing. It needs no torque
+        sensor. The estimate need not be a body that can exist.
+
+        Bad input: an update that would not be finite is skipped and counted. It rests, and counts that, while an
+        actuator is at its limit or the monitor says so; until the controller has spoken it publishes the prior.
+        """
 
         parameters, state = lyapunov_parameters(topics.joints), estimator_state(topics.joints)
         inputs, outputs = reads, writes
@@ -129,7 +136,14 @@ def estimators(topics: spacerobot.Topics) -> tuple[type[Component], type[Compone
             return {**values, "adaptation_diagonal": diagonal.tolist()}
 
     class NaturalEstimator(Component):
-        """Inertial parameters by natural adaptation: every estimate is a body that can exist."""
+        """Inertial parameters by natural adaptation: every estimate is a body that can exist.
+
+        Promises: ten inertial parameters of each body, SI units, at every firing; each body of each estimate can exist
+        (its pseudo-inertia is positive definite). It needs no torque sensor.
+
+        Bad input: a body that could not be moved counts as skipped. It rests, and counts that, while an actuator is at
+        its limit or the monitor says so; until the controller has spoken it publishes the prior.
+        """
 
         parameters, state = natural_parameters(topics.joints), estimator_state(topics.joints)
         inputs, outputs = reads, writes

@@ -16,6 +16,16 @@ from spacerobot_ros.robot_parameters import believed_parameters, resolve_covaria
 
 TEN, SEVEN = 0, 1
 
+SUMMARY = """Inertial parameters by recursive least squares on the measured motion and torques.
+
+Promises: ten inertial parameters of each body, SI units, by eq. (39)-(41) at every firing, and how many readings were used,
+skipped, or left out while it rested. The estimate need not be a body that can exist.
+
+Bad input: a reading that is not finite is skipped and counted; a covariance that has lost its symmetry or is not positive
+is repaired or begun anew, and that is counted. It rests while the monitor says that an actuator is at its limit. Until
+accelerations are known it publishes the prior.
+"""
+
 
 def covariance_parameters(joints):
     """Parameters of an estimator that keeps a covariance G."""
@@ -149,7 +159,7 @@ def covariance_estimator(topics: spacerobot.Topics, entries, memory, function, s
 def estimator(topics: spacerobot.Topics) -> type[Component]:
     """The least-squares estimator of a robot with these topics."""
     return covariance_estimator(topics, least_squares_parameters(topics.joints), covariance_state(topics.joints), estimate,
-                                "Inertial parameters by recursive least squares on the measured motion and torques.")
+                                SUMMARY)
 
 
 LeastSquaresEstimator = estimator(spacerobot.MINI)

@@ -132,7 +132,16 @@ def manager(topics: spacerobot.Topics) -> type[Component]:
     vehicle = topics.safe_base_command.topic.rpartition("/")[0]
 
     class ModeManager(Component):
-        """Lets the controller's torques through, or takes a safe state: joints braked and base damped, or no torque."""
+        """Lets the controller's torques through, or takes a safe state: joints braked and base damped, or no torque.
+
+        Promises: at every firing the torques of base and joints [N m] and the brakes of the mode: track (those of the
+        controller), hold (joints braked, base damped) or free (none); whether the parameters may be learned now; the
+        mode, since when and why. No mode but track adds energy.
+
+        Bad input: an estimate that is invalid or old for `estimate_patience`, or a command older than `command_age`,
+        leads to hold; rates that are invalid or old for `rates_patience` lead to free. It comes back by itself from
+        what it left by itself. A request for track without estimate or command becomes hold.
+        """
 
         modes = ("track", "hold", "free")
         parameters, state = ModeParameters, ModeState

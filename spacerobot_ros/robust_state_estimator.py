@@ -203,7 +203,15 @@ def estimator(topics: spacerobot.Topics) -> type[Component]:
     """The estimator of a robot with these topics."""
 
     class RobustStateEstimator(Component):
-        """Attitude, rates and joints of the space robot from sensors that watch each other, with a status."""
+        """Attitude, rates and joints of the space robot from sensors that watch each other, with a status.
+
+        Promises: what state_estimator gives, and a status: whether attitude, rates and joints may be used (`valid`,
+        `rates_valid`), from standard deviations and ages, and which sensor is out.
+
+        Bad input: star tracker and gyro, encoder and rate sensor of each joint watch each other: a stuck, noisy,
+        jumping or biased one is out, and comes back when it agrees again. With a rate sensor out, rates are differences
+        of angles. Torques and the accelerometer have no second sensor and are passed on.
+        """
 
         parameters, state = RobustEstimatorParameters, robust_state(topics.joints)
         inputs = {"imu": topics.imu, "star_tracker": topics.star_tracker, "joint_states": topics.joint_state,

@@ -101,7 +101,14 @@ def estimator(topics: spacerobot.Topics) -> type[Component]:
     """The state estimator of a robot with these topics."""
 
     class StateEstimator(Component):
-        """Attitude, rates, joints and accelerations of the space robot from gyro, star tracker and joint sensors."""
+        """Attitude, rates, joints and accelerations of the space robot from gyro, star tracker and joint sensors.
+
+        Promises: attitude (x, y, z, w, base to inertial), rates [rad/s] in base axes, joint angles [rad] and rates, and
+        accelerations, differenced or low-passed, at every firing.
+
+        Bad input: the attitude is the identity until a first star tracker measurement. Readings are not tested: see
+        robust_state_estimator. Accelerations of the first sample are marked as unknown.
+        """
 
         parameters, state = StateEstimatorParameters, estimator_state(topics.joints)
         inputs = {"imu": topics.imu, "star_tracker": topics.star_tracker, "joint_states": topics.joint_state,

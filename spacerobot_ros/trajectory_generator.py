@@ -70,7 +70,14 @@ def generator(topics: spacerobot.Topics) -> type[Component]:
     """The trajectory generator of a robot with these topics."""
 
     class TrajectoryGenerator(Component):
-        """Desired motion of base attitude and joints: step, quintic slew, or harmonics."""
+        """Desired motion of base attitude and joints: step, quintic slew, or harmonics.
+
+        Promises: desired attitude (x, y, z, w), rates [rad/s] and accelerations [rad/s^2] of the base, and of the
+        joints, as functions of time alone; joints are held within their stops.
+
+        Bad input: it has no inputs. A motion that would take a joint past its stop is refused before anything runs,
+        with the joint and the angles.
+        """
 
         parameters = generator_parameters(topics.joints)
         outputs = {"reference": topics.reference}

@@ -19,7 +19,7 @@ class PdNode(Node):
         torques = [-INERTIA * (KP * e + KD * w) for e, w in zip(errors, (rate.x, rate.y, rate.z))]
         command = JointState(name=["wheel_x", "wheel_y", "wheel_z"], effort=torques)
         command.header.stamp = attitude.header.stamp  # the stamp of what it answers
-        command.header.frame_id = "cubli_base"
+        command.header.frame_id = attitude.header.frame_id
         self.publisher.publish(command)
 
 

@@ -38,6 +38,7 @@ class Exported:
 
     @property
     def paths(self) -> list[Path]:
+        """The files that were written."""
         return list(self.files.values())
 
 

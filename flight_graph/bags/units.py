@@ -1,7 +1,7 @@
 """SI units of the fields of standard messages (REP 103 and the comments of the message files).
 
 Keys are (message type, field): the unit holds for every number below the field. A JointState's arrays are not in it:
-they hold rad or m, N m or N, by joint.
+they hold rad or m, N m or N, by joint, which `JOINT_UNITS` says of those whose names are joints.
 """
 
 from rosbags.interfaces import Nodetype
@@ -66,6 +66,8 @@ UNITS = {
     ("sensor_msgs/msg/BatteryState", "cell_voltage"): "V",
     ("sensor_msgs/msg/BatteryState", "cell_temperature"): "degC",
 }
+
+JOINT_UNITS = {"position": "rad or m", "velocity": "rad/s or m/s", "effort": "N m or N"}  # lists of a JointState
 
 
 def field_units(trees: dict, type_name: str) -> dict:

@@ -4,7 +4,7 @@ import numpy as np
 
 from flight_graph.bags.errors import quoted
 from flight_graph.components.component import Component
-from flight_graph.engines.part_calls import parts, ports
+from flight_graph.engines.part_calls import fired, ports
 from flight_graph.errors import FlightError
 from flight_graph.recordings.recorded_run import RecordedRun
 from flight_graph.replays.replay import comparable_topics, recorded_inputs
@@ -80,7 +80,7 @@ def main_c(component: type[Component], use: str, name: str, needs_libm: bool) ->
     """The program."""
     inputs, outputs, macro = list(component.inputs), list(component.outputs), name.upper()
     calls = []
-    for part in (part for part in parts(component) if part != "start"):
+    for part in fired(component):
         taken, made = ports(component, part)
         io = "".join(f", &{side}_{port}" for side, some in (("in", taken), ("out", made)) for port in some)[2:]
         if part in ("kernel", "update"):

@@ -73,7 +73,7 @@ def parts(component: type[Component], prefix: str, target: str) -> dict[str, Par
     kernel_rules.check(component)
     found = {}
     with object_code.installed():
-        for part in part_calls.parts(component):
+        for part in (part for part in part_calls.parts(component) if part != "place"):  # of a simulation alone
             symbol = f"{prefix}_{part}"
             with translated(component, part):
                 code, errors = _part(component, part, symbol, target)

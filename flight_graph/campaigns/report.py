@@ -73,7 +73,10 @@ def report(campaign: Campaign, choices: Choices = Choices()) -> dict:
 
 
 def sensitivities(campaign: Campaign, metric: str, choices: Choices = Choices()) -> list[dict]:
-    """Of each group the rank correlations of what is drawn with a metric, and of a design of Saltelli its Sobol indices."""
+    """Of each group the rank correlations of what is drawn with a metric, and of a design of Saltelli its Sobol indices.
+
+    Raises FlightError.
+    """
     values = Values(campaign, choices.pool)
     column = _numeric(values, values.checked(metric, "--sensitivity"), "--sensitivity")
     if values.pool and len(values.combinations) > 1:

@@ -30,6 +30,7 @@ class Row:
 
     @property
     def as_expected(self) -> bool:
+        """Whether the verdict is the one that the claims file has, that on estimated state too."""
         claim = self.claim
         return self.verdict == claim.expect and (
             self.estimated_verdict is None or self.estimated_verdict == (claim.estimated_expect or claim.expect))
@@ -88,7 +89,7 @@ def _part(claim: Claim, runs: set[str]) -> Claim | None:
 
 
 def row(claim: Claim, results: dict, arguments: dict | None = None) -> Row:
-    """A claim judged from the metrics of its runs, or by its check with these arguments."""
+    """A claim judged from the metrics of its runs, or by its check with these arguments. Raises FlightError."""
     if claim.check is not None:
         answer = metrics.load(claim.check)(**(arguments or {}))
         answers = answer if isinstance(answer, dict) else {"": answer}
@@ -119,7 +120,7 @@ def _verdict(met):
 
 
 def load_figures(paper: str):
-    """The module papers.<paper>.figures."""
+    """The module papers.<paper>.figures. Raises FlightError where there is none."""
     try:
         return importlib.import_module(f"papers.{paper}.figures")
     except ModuleNotFoundError:

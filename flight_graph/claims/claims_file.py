@@ -123,10 +123,12 @@ class Claim(_Strict):
 
     @property
     def quotes(self) -> list[str]:
+        """The quotations, word for word; none where the statement is ours."""
         return [self.quote] if isinstance(self.quote, str) else self.quote or []
 
     @property
     def expressions(self) -> dict[str, str]:
+        """Label -> expression over ``run.metric``; one value alone has the label ""."""
         return self.values or ({"": self.value} if self.value else {})
 
     @property

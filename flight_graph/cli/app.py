@@ -27,9 +27,9 @@ from flight_graph.cli import (
 )
 
 app = typer.Typer(
-    name="flight", no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="rich",
+    name="flight", no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="markdown",
     help="Simulated flight software for spacecraft at small bodies: run, record, judge.\n\n"
-         "Example: [bold]flight run cubli_asteroid[/bold]")
+         "Example: flight run cubli_asteroid")
 scenarios.register(app)
 step.register(app)
 view.register(app)

@@ -76,8 +76,8 @@ def _verified(run, trust, advance) -> str:
     """What running a bag again gave, in words."""
     from flight_graph.replays.verify import verify
     try:
-        found = verify(run.bag.path, trust=trust, progress=lambda seconds: advance(
-            seconds, run.scenario.duration_ns / 1e9 if run.scenario else None, f"running {run.name} again"))
+        found = verify(run.bag.path, trust=trust, progress=lambda seconds, total: advance(
+            seconds, total, f"running {run.name} again, s simulated"))
     except FlightError as error:
         return f"no: {error}"
     return "; ".join(dict.fromkeys(found.sentences)) or found.verdict

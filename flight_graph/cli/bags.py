@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from flight_graph.cli.show import add, console, number, status, working
+from flight_graph.cli.show import add, console, number, report_next, status, working
 from flight_graph.errors import FlightError, unknown
 from flight_graph.plots.names import beside
 from flight_graph.text_files import printable
@@ -143,7 +143,8 @@ def recover(
     kept = f"{len(report.attachments)} attachments and {len(report.metadata)} metadata records kept"
     for line in [*map(str, report.gaps), kept, *report.remarks]:
         console.print(line, markup=False, highlight=False)
-    print(folder)
+    print(folder, flush=True)
+    report_next(folder)
 
 
 def diff(

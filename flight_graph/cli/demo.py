@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from flight_graph.cli.show import RunProgress, console, metrics_table, next_command, status, warn_of
+from flight_graph.cli.show import RunProgress, console, metrics_table, report_next, status, warn_of
 from flight_graph.cli.trust import Trust, asked
 
 
@@ -41,6 +41,4 @@ def demo(
     figure = draw_overview(loaded, signals, Path(f"{outcome.bag}.png"))
     print(f"bag:    {outcome.bag}\nfigure: {figure}", flush=True)
     warn_of(outcome.alarms)
-    next_command("flight", "report", outcome.bag)
-    missing = "" if importlib.util.find_spec("rerun") else " (its viewer is installed by: make viewers)"
-    status(f"to see it move in a viewer: flight view {outcome.bag}{missing}")
+    report_next(outcome.bag)

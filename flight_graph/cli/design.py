@@ -8,11 +8,11 @@ from typing import Annotated
 
 import typer
 
-from flight_graph.cli.show import add, console, number
+from flight_graph.cli.show import add, console, next_command, number, working
 from flight_graph.errors import FlightError
 
 START = (-0.3, 0.3, 0.3)  # [rad] section 5 of the paper
-DESIGNS = {"cubli": "cubli_ros.design_file"}  # vehicle -> module with design, facts, parameter_file
+DESIGNS = {"cubli": "cubli_ros.design_file"}  # vehicle -> module with design, facts, parameter_file, SCENARIO
 
 
 def register(app: typer.Typer) -> None:
@@ -46,7 +46,8 @@ def design(
         raise FlightError(f"--out {out}: it exists already; name a new file")
     site = rules.Site(gravity, tilt, friction, disturbance, phasing, frequency)
     rover = rules.Rover(start=start, gyro_sigma=gyro_noise, model=model)
-    made = rules.design(rule, site, rover)
+    with working(f"designing {vehicle}", not as_json):
+        made = rules.design(rule, site, rover)
     text = rules.parameter_file(made, site, rover)
     if out is not None:
         try:
@@ -72,4 +73,5 @@ def design(
         console.print(sentence, markup=False)
     for sentence in made.warnings:
         console.print(f"warning: {sentence}", markup=False, style="yellow")
-    print(out)
+    print(out, flush=True)
+    next_command("run", rules.SCENARIO, "--params", out)

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from flight_graph.cli.show import console
+from flight_graph.cli.show import console, working
 from flight_graph.cli.trust import Trust, asked
 
 REPORTS = "spacerobot_ros.identifiability_report"  # the module that knows robots
@@ -31,7 +31,8 @@ def identify(
     from flight_graph.graphs.scenario import load
     scenario = None if trajectory == "random" else load(trajectory, parse_settings(settings), consent=asked(trust))
     reports = importlib.import_module(REPORTS)
-    found = reports.report(reports.robot_named(robot), scenario, rows, cut)
+    with working(f"parameters of {robot}", not as_json):
+        found = reports.report(reports.robot_named(robot), scenario, rows, cut)
     alone = [name for name, single in zip(found.names, found.individual) if single]
     if as_json:
         print(json.dumps({

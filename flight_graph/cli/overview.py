@@ -47,15 +47,21 @@ def show_all(components: bool, as_json: bool) -> None:
 
 
 def _vehicle(name, found):
-    from rich.text import Text
+    from rich.padding import Padding
+    from rich.table import Table
     longest = max(map(len, found))
     console.print(f"\n[bold]{name}[/bold]")
     for what in PURPOSES:
         mine = {key: data["title"] for key, data in found.items() if purpose(data) == what}
         if mine:
             console.print(f"  {what}", style="dim", highlight=False)
+        grid = Table.grid(padding=(0, 1, 0, 0))
+        grid.add_column(width=longest, no_wrap=True)
+        grid.add_column()
         for key, title in mine.items():
-            console.print(Text(f"    {key:<{longest}} {title}"), no_wrap=True, overflow="ellipsis")
+            add(grid, key, title)
+        if mine:
+            console.print(Padding(grid, (0, 0, 0, 4), expand=False))
 
 
 def _components(found):

@@ -84,7 +84,8 @@ def _of_bags(bags, names, over, out, list_fields, window, vehicle, trust):
     if vehicle or (plain and runs[0].data.get("figure")):
         print(_as_the_scenario_says(runs[0].bag.path, trust, path, vehicle))
         return
-    path, notes = picture.draw(runs, names, path, over, *window)
+    with working(f"drawing {path}", True):
+        path, notes = picture.draw(runs, names, path, over, *window)
     for note in notes:
         status(note)
     print(path)
@@ -105,11 +106,10 @@ def _list(runs):
     for run in runs:
         table = Table("field", "unit", "numbers", title=f"{run.name}: what flight plot takes", title_justify="left")
         for topic in run.topics:
-            for quantity in run.quantities(topic):
-                lines = list(quantity.lines)
-                more = f"{lines[0]} to {lines[-1]}" if len(lines) > 1 else ""
-                more += " (constant)" if quantity.is_constant else ""
-                add(table, f"{topic}.{quantity.name}", quantity.unit, more)
+            for series in run.series(topic):
+                more = f"{series.lines[0].entry} to {series.lines[-1].entry}" if len(series.lines) > 1 else ""
+                more += " (constant)" if series.is_constant else ""
+                add(table, series.key, series.unit, more)
         console.print(table)
         for topic, why in run.problems.items():
             status(f"not read: {topic}: {why}")

@@ -39,7 +39,7 @@ def verify(
     with steps(f"verify {bag}", not as_json) as advance:
         result = run_again(
             bag, engine, trust=asked(trust), tolerance=tolerance, check_bounds=check_bounds,
-            progress=lambda seconds: advance(seconds, None, "s simulated"),
+            progress=lambda seconds, total: advance(seconds, total, "s simulated"),
             compiling=lambda done, total, names: advance(done, total, f"compiling {names} (once; it is kept)"))
     if as_json:
         print(json.dumps({"bag": str(bag), "holds": result.holds, **result.plain()}, default=str))
@@ -67,7 +67,7 @@ def replay(
     with steps(f"replay {component}", not as_json) as advance:
         result = run_again(
             bag, component, engine, settings=parse_settings(settings), trust=asked(trust), tolerance=tolerance,
-            check_bounds=check_bounds, progress=lambda seconds: advance(seconds, None, "s simulated"))
+            check_bounds=check_bounds, progress=lambda seconds, total: advance(seconds, total, "s simulated"))
     if as_json:
         print(json.dumps({"bag": str(bag), "holds": result.holds, **result.plain()}, default=str))
     else:

@@ -89,7 +89,7 @@ def report(
     for table in tables:
         console.print(table, **({"markup": False} if isinstance(table, str) else {}))
     if not asked:
-        next_command("flight", "report", folder, "--html", f"{folder}.html")
+        next_command("report", folder, "--html", f"{folder}.html")
 
 
 def is_campaign(path: Path) -> bool:

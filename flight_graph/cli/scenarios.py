@@ -11,7 +11,7 @@ import typer
 
 from flight_graph.cli.overview import show_all
 from flight_graph.cli.scenario_tables import show
-from flight_graph.cli.show import RunProgress, console, metrics_table, next_command, status, steps, warn_of
+from flight_graph.cli.show import RunProgress, console, metrics_table, report_next, status, steps, warn_of
 from flight_graph.cli.topic_tables import show_topics
 from flight_graph.cli.trust import Trust, asked
 from flight_graph.cli.watched import watched
@@ -90,7 +90,8 @@ def run(
     from flight_graph.graphs import scenario as scenarios
     consent, campaign, start, swept = asked(trust), None, None, None
     if (scenario is None) == (begin is None):
-        raise FlightError("flight run needs a scenario, or --from BAG@SECONDS in its place")
+        raise FlightError("flight run needs a scenario, or --from BAG@SECONDS in its place"
+                          + ("; not both" if scenario else ""))
     if begin is not None:
         start = _continued(begin, settings, seed, duration, consent, not as_json, params or case is not None)
         loaded = start.scenario
@@ -143,7 +144,7 @@ def run(
         status(f"{outcome.lost} messages were lost (realtime); the bag's metadata says which")
     print(outcome.bag, flush=True)
     warn_of(outcome.alarms)
-    next_command("flight", "report", outcome.bag)
+    report_next(outcome.bag)
 
 
 def _continued(begin, settings, seed, duration, consent, wanted, others):
@@ -154,7 +155,7 @@ def _continued(begin, settings, seed, duration, consent, wanted, others):
         raise FlightError("--params and --case are of a scenario's file; with --from, --set says what a branch changes")
     given = parse_settings(settings) | ({"seed": seed} if seed is not None else {})
     with steps(f"to {begin}", wanted) as advance:
-        return continued(begin, given, duration, consent, lambda seconds: advance(seconds, None, "s simulated"),
+        return continued(begin, given, duration, consent, lambda seconds, total: advance(seconds, total, "s simulated"),
                          lambda done, total, names: advance(done, total, f"compiling {names} (once; it is kept)"))
 
 

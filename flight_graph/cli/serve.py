@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from flight_graph.cli.scenarios import Params, Settings, overrides
-from flight_graph.cli.show import status, steps, working
+from flight_graph.cli.show import next_command, status, steps, working
 from flight_graph.cli.trust import Trust, asked
 from flight_graph.errors import FlightError
 
@@ -66,7 +66,8 @@ def serve(
         found.close()
         if out is not None:
             found.write(out, "compiled")
-            print(out)
+            print(out, flush=True)
+            next_command("verify", out)
     if found.stopped:
         raise FlightError(found.stopped)
 

@@ -1,21 +1,35 @@
 """How the command line shows things: console, progress, tables."""
 
 import math
+import os
+import shutil
 import sys
 from contextlib import contextmanager
+from pathlib import Path
 
 from rich.console import Console, Group
 from rich.measure import Measurement
 from rich.padding import Padding
-from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    Progress,
+    ProgressColumn,
+    SpinnerColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 from rich.table import Table
 from rich.text import Text
 
 from flight_graph.bags.errors import quoted
 from flight_graph.text_files import printable
+from flight_graph.viewers.display import has_display
 
 _ROWS = 40  # of the table of differing fields
 _COMFORT, _SHORT = 22, 36  # [characters] that a column of sentences needs, and of a cell that shares its line
+_BETWEEN, _INDENT = "   ", 2
+_PIPED = 160  # [characters] of a line where nobody says how wide they are
 
 
 class _Console(Console):
@@ -29,25 +43,40 @@ class _Console(Console):
         super().print(*fitted, **options)
 
     def _fitted(self, item):
-        return rows_below_each_other(item) if isinstance(item, Table) and _needed(self, item) > self.width else item
+        if not isinstance(item, Table):
+            return item
+        if isinstance(item.title, str):  # brackets stand for themselves, as in [s] and in names of files
+            item.title = Text(item.title, style="table.title")
+        for column in item.columns:
+            column.header = Text(column.header) if isinstance(column.header, str) else column.header
+        if _needed(self, item) > self.width:
+            return rows_below_each_other(item, self.width)
+        for column in item.columns:
+            least, most = _sizes(self, column)
+            column.no_wrap, column.overflow = least == most, "fold"  # names stay whole, sentences give way
+        return item
 
 
 def _needed(console: Console, table: Table) -> int:
     """The columns [characters] that a table needs: whole words, and room for sentences."""
     width = 1
     for column in table.columns:
-        sizes = [Measurement.get(console, console.options, cell) for cell in [column.header, *column.cells]]
-        longest = max((size.minimum for size in sizes), default=0)
-        width += 3 + max(longest, min(_COMFORT, max((size.maximum for size in sizes), default=0)))
+        least, most = _sizes(console, column)
+        width += 3 + max(least, min(_COMFORT, most))
     return width
 
 
-def rows_below_each_other(table: Table) -> Group:
-    """A table as blocks of lines, one a row: the first cell, then the others behind the heads of their columns, short ones
-    on one line."""
-    parts = [Text(str(table.title), style="italic")] if table.title and not isinstance(table.title, Text) else [
-        part for part in [table.title] if part]
-    heads = [head.header if isinstance(head.header, Text) else Text.from_markup(str(head.header)) for head in table.columns]
+def _sizes(console: Console, column) -> tuple[int, int]:
+    """The longest word and the longest line [characters] of a column."""
+    sizes = [Measurement.get(console, console.options, cell) for cell in [column.header, *column.cells]]
+    return max((size.minimum for size in sizes), default=0), max((size.maximum for size in sizes), default=0)
+
+
+def rows_below_each_other(table: Table, width: int) -> Group:
+    """A table as blocks of lines, one a row: the first cell, then the others behind the heads of their columns, as many
+    short ones on a line as fit whole into the width."""
+    parts = [table.title] if table.title else []
+    heads = [column.header for column in table.columns]
     above = ""
     for cells in zip(*(column.cells for column in table.columns)):
         first, *others = (cell if isinstance(cell, Text) else Text.from_markup(str(cell)) for cell in cells)
@@ -55,14 +84,24 @@ def rows_below_each_other(table: Table) -> Group:
             parts.append(Text.assemble(first, style="bold"))
         above = first.plain
         named = [Text.assemble((f"{head.plain} ", "dim"), cell) for head, cell in zip(heads[1:], others) if cell.plain]
-        short = [text for text in named if len(text) <= _SHORT and "\n" not in text.plain]
-        if short:
-            parts.append(Padding(Text("   ").join(short), (0, 0, 0, 2)))
-        parts += [Padding(text, (0, 0, 0, 2)) for text in named if text not in short]
+        parts += [Padding(text, (0, 0, 0, _INDENT)) for text in _lines(named, width - _INDENT)]
     return Group(*parts)
 
 
-console = _Console(soft_wrap=not sys.stdout.isatty(), width=None if sys.stdout.isatty() else 160)
+def _lines(texts: list[Text], width: int) -> list[Text]:
+    """Texts on as few lines as their order allows; long ones have lines of their own, below the others."""
+    short = [text for text in texts if len(text) <= _SHORT and "\n" not in text.plain]
+    lines: list[Text] = []
+    for text in short:
+        if lines and len(lines[-1]) + len(_BETWEEN) + len(text) <= width:
+            lines[-1] = Text.assemble(lines[-1], _BETWEEN, text)
+        else:
+            lines.append(text)
+    return lines + [text for text in texts if text not in short]
+
+
+_width = None if sys.stdout.isatty() or os.environ.get("COLUMNS") else _PIPED  # None: the console's own
+console = _Console(soft_wrap=_width is not None, width=_width)
 _errors = _Console(stderr=True)
 _bars = []  # on the screen now
 
@@ -73,8 +112,19 @@ def status(text: str) -> None:
 
 
 def next_command(*words) -> None:
-    """The one command that a person is likely to want now, on standard error."""
-    status(f"next: {' '.join(quoted(word) for word in words)}")
+    """The one command of ``flight`` that a person is likely to want now, on standard error, as it can be typed here."""
+    status(f"next: {' '.join(quoted(word) for word in (_program(), *words))}")
+
+
+def report_next(bag) -> None:
+    """After a run: its page, in which the vehicle moves, is likely to be wanted now; opened where there is a display."""
+    next_command("report", bag, *(["--open"] if has_display() else []))
+
+
+def _program() -> str:
+    """``flight``, or its path as it was typed where nobody finds it by name."""
+    typed = sys.argv[0]
+    return typed if Path(typed).stem == "flight" and os.sep in typed and shutil.which("flight") is None else "flight"
 
 
 def warn_of(alarms: list[str]) -> None:
@@ -92,7 +142,7 @@ class RunProgress:
 
     def __enter__(self):
         if self._wanted:
-            self._bar = Progress(TextColumn("{task.description}"), BarColumn(), TextColumn(
+            self._bar = Progress(TextColumn("{task.description}", markup=False), BarColumn(), TextColumn(
                 "{task.completed:.1f} of {task.total:g} s simulated"), TimeRemainingColumn(), console=_errors,
                 transient=True)
             self._bar.start()
@@ -119,18 +169,50 @@ def compiling_text(name: str, done: int, total: int, names: str) -> str:
     return f"{name}: compiling {names or 'components'} (once; it is kept), {done} of {total} done"
 
 
+class _Extent(ProgressColumn):
+    """A bar, or a turning wheel where nobody knows the end."""
+
+    def __init__(self):
+        super().__init__()
+        self._bar, self._wheel = BarColumn(), SpinnerColumn()
+
+    def render(self, task):
+        return (self._wheel if task.total is None else self._bar).render(task)
+
+
+class _Count(ProgressColumn):
+    """What has been done, of how much where that is known."""
+
+    def render(self, task):
+        of_all = "" if task.total is None else f" of {task.total:g}"
+        return Text(f"{round(task.completed, 1):g}{of_all}" if task.completed or of_all else "")
+
+
+class _Time(ProgressColumn):
+    """The time that is left, or that has gone where nobody knows the end."""
+
+    def __init__(self):
+        super().__init__()
+        self._left, self._gone = TimeRemainingColumn(), TimeElapsedColumn()
+
+    def render(self, task):
+        return (self._gone if task.total is None else self._left).render(task)
+
+
 @contextmanager
 def steps(name: str, wanted: bool):
-    """A bar of finished steps on standard error; gives advance(done, total, what)."""
+    """A bar of finished steps on standard error, with the time that is left; where nobody knows how many there are, how
+    many have been done, and the time that took. Gives advance(done, total, what)."""
     if not (wanted and _errors.is_terminal):
         yield lambda done, total, what="": None
         return
-    with Progress(TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed} of {task.total}"),
-                  TimeRemainingColumn(), console=_errors, transient=True) as bar:
-        task = bar.add_task(name, total=None)
+    with Progress(TextColumn("{task.description}", markup=False), _Extent(), _Count(), _Time(), console=_errors,
+                  transient=True) as bar:
+        task = bar.add_task(printable(name), total=None)
         _bars.append(bar)
         try:
-            yield lambda done, total, what="": bar.update(task, completed=done, total=total, description=f"{name}: {what}")
+            yield lambda done, total, what="": bar.update(
+                task, completed=done, total=total, description=printable(f"{name}: {what}"))
         finally:
             _bars.remove(bar)
 
@@ -151,7 +233,7 @@ def working(text: str, wanted: bool):
     if not (wanted and _errors.is_terminal):
         yield
         return
-    with Progress(SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn(), console=_errors,
+    with Progress(SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn(), console=_errors,
                   transient=True) as bar:
         bar.add_task(printable(text), total=None)
         yield

@@ -196,7 +196,7 @@ def _all(campaign, scenario, where, figure, as_json):
     if figure is not None:
         print(figure, flush=True)
     is_grid = len(campaign.manifest.vary.get("grid") or {}) == 1 and not scenario.vary.is_random
-    next_command("flight", "plot" if is_grid else "report", campaign.path)
+    next_command("plot" if is_grid else "report", campaign.path)
 
 
 @contextmanager
@@ -216,7 +216,7 @@ def _one_interrupt():
 
 def _fault_table(rows):
     from rich.table import Table
-    table = Table("fault", "runs", "active", "detected", "missed", "isolated", "wrong", "false alarm", "delay [s]",
+    table = Table("fault", "runs", "active", "detected", "missed", "isolated", "wrong", "false alarm", r"delay \[s]",
                   "first to act", "mode at the end", "stopped", title="faults and monitors", title_justify="left")
     for row in rows:
         plain = row.plain()

@@ -17,6 +17,7 @@ def urdf(
     scenario: Annotated[str, typer.Argument(help="A scenario's name, the path of a YAML file, or the bag of a run.")],
     settings: Annotated[list[str] | None, typer.Option(
         "--set", metavar="COMPONENT.PARAM=VALUE", help="Change a parameter of the scenario; may be repeated.")] = None,
+    vehicle: Annotated[str | None, typer.Option(help="Of a graph of several, the one that is written: rover_a.")] = None,
     out: Annotated[Path | None, typer.Option(help="A new file; standard output when left out.")] = None,
     trust: Trust = False,
 ) -> None:
@@ -25,10 +26,10 @@ def urdf(
     Runs publish and record the same text on /robot_description, latched, with /joint_states, /tf and /tf_static.
     """
     from flight_graph.scenes.urdf import urdf as text_of
-    scene = _scene(scenario, settings, asked(trust))
+    scene = _scene(scenario, settings, vehicle, asked(trust))
     if others := [body.frame for body in scene.bodies if body.frame not in scene.links]:
         raise FlightError(f"{scenario}: it has several vehicles ({scene.base}, {others[0]}), and a URDF file is of one; "
-                          "name a scenario of one of them")
+                          f"--vehicle names it: --vehicle {scene.base.partition('/')[0]}")
     text = text_of(scene)
     if out is None:
         print(text, end="")
@@ -41,8 +42,9 @@ def urdf(
     print(out)
 
 
-def _scene(scenario, settings, consent):
-    """The scene of a scenario, or of a bag."""
+def _scene(scenario, settings, vehicle, consent):
+    """The scene of a scenario, of a bag, or of a vehicle of either."""
+    from flight_graph.graphs import vehicles
     from flight_graph.graphs.overrides import parse_settings
     from flight_graph.graphs.scenario import load
     from flight_graph.scenes.finding import scene_of, scene_of_bag
@@ -51,5 +53,6 @@ def _scene(scenario, settings, consent):
         from flight_graph.bags.reader import read_bag
         if settings:
             raise FlightError("--set is of a scenario; a bag has the parameters that it was recorded with")
-        return scene_of_bag(read_bag(path), consent)
-    return scene_of(load(scenario, parse_settings(settings or []), consent=consent))
+        return scene_of_bag(read_bag(path), consent, vehicle)
+    loaded = load(scenario, parse_settings(settings or []), consent=consent)
+    return scene_of(vehicles.named(loaded, vehicle) if vehicle else loaded)

@@ -43,11 +43,12 @@ def view(
     from flight_graph.bags.reader import read_bag
     from flight_graph.extras import required
     from flight_graph.viewers import opening, rerun_stream
+    from flight_graph.viewers.display import refuse_without_display
     required("rerun", "view", "flight view")
     if web and save:
         raise FlightError("--web or --save: one at a time")
     if not web and save is None:
-        rerun_stream.refuse_without_display("flight view")
+        refuse_without_display("flight view")
     given = {"--set": settings, "--params": params, "--seed": seed, "--duration": duration}
     if opening.is_bag(source):
         if used := [name for name, value in given.items() if value is not None]:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from flight_graph.cli.show import status
 from flight_graph.errors import FlightError
+from flight_graph.viewers.display import has_display
 
 PORT = 9090  # of the page
 
@@ -54,7 +55,7 @@ def watched(scenario, live: bool):
         yield None
         return
     from flight_graph.viewers import opening
-    from flight_graph.viewers.rerun_stream import RerunStream, has_display
+    from flight_graph.viewers.rerun_stream import RerunStream
     scene, notes = opening.picture_of(scenario)
     stream = RerunStream(scenario.name, scene, scenario.epoch_ns, command="flight run --live")
     for note in notes:
@@ -63,13 +64,12 @@ def watched(scenario, live: bool):
         status("there is no display here: it is shown as a page")
     with shown(stream, "flight run --live", "127.0.0.1", None if has_display() else PORT):
         yield stream
-        for note in dict.fromkeys(stream.notes):
+        for note in stream.notes:
             status(note)
 
 
 def _opened(address: str) -> bool:
     """Whether a browser of this machine has been asked to show an address."""
-    from flight_graph.viewers.rerun_stream import has_display
     try:
         return has_display() and webbrowser.open(address)
     except webbrowser.Error:

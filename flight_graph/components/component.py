@@ -10,7 +10,10 @@ A part made with `flight_math.kernel` gets views of its records: fields read and
 that would take more than seven arguments is written ``kernel(t_ns, p, x, inputs, outputs)``,
 ``output(t_ns, p, x, outputs)``, ``update(t_ns, p, x, inputs)``: named tuples of views, ``inputs.odometry``.
 
-``start(parameters, state)`` prepares the state once. ``t_ns`` counts from the start of the run. The engine stamps every
+``start(parameters, state)`` prepares the state once. ``place(parameters, state, placement)`` of a component that moves puts
+it elsewhere (`flight_graph.components.placement`), before its first firing at the time of an event or a service call.
+
+``t_ns`` counts from the start of the run. The engine stamps every
 output before the kernel runs, so ``same_stamp(input.header.stamp, output.header.stamp)`` tells whether an input is new.
 An input that never arrived is zero, stamp included.
 """
@@ -26,6 +29,7 @@ import numpy as np
 
 from flight_graph.components import declarations, declared
 from flight_graph.components.findings import nearest
+from flight_graph.components.placement import TrueMotion, motion_of_pose
 from flight_graph.components.places import refuse
 from flight_graph.components.records import Parameters, State
 from flight_math.kernel import kernel as _kernel
@@ -89,6 +93,7 @@ class Component:
     kernel = None
     output = None
     update = None
+    place = None
 
     def __init_subclass__(cls):
         declarations.check(cls)
@@ -102,7 +107,7 @@ class Component:
     @classmethod
     def kernels(cls) -> list:
         """The compiled functions of this component."""
-        return [function for function in (cls.start, cls.kernel, cls.output, cls.update) if function is not None]
+        return [function for function in (cls.start, cls.kernel, cls.output, cls.update, cls.place) if function is not None]
 
     @classmethod
     def summary(cls) -> str:
@@ -157,6 +162,14 @@ class Component:
         machine: its model and its fixed frames are recorded.
         """
         return None
+
+    @classmethod
+    def motion(cls, outputs: dict) -> TrueMotion:
+        """Where a component that moves truly is, by its outputs: port -> record, fields by attribute.
+
+        By default what its true pose says; override where other outputs say more: velocities, accelerations.
+        """
+        return motion_of_pose(cls, outputs)
 
     @classmethod
     def warnings(cls, values: dict, period_s: float) -> list[str]:

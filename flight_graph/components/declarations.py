@@ -10,12 +10,13 @@ import numpy as np
 
 import msg_schemas
 from flight_graph.components.findings import nearest
+from flight_graph.components.placement import pose_signal
 from flight_graph.components.places import refuse
 from flight_graph.components.records import Parameters, State
 from msg_schemas.signal import Signal
 
-PARTS = ("start", "kernel", "output", "update")
-METHODS = ("resolve", "fitted", "tables", "check", "warnings", "scene")
+PARTS = ("start", "kernel", "output", "update", "place")
+METHODS = ("resolve", "fitted", "tables", "check", "warnings", "scene", "motion")
 _TAKEN = ("t_ns", "p", "x", "inputs", "outputs")
 
 
@@ -114,6 +115,9 @@ def _check_parts(cls):
         if function is not None and not callable(function):
             meant = f"; did you mean '{part}s'?" if part == "output" else ""
             refuse(cls, part, f"a {type(function).__name__} is no function{meant or '; it takes a function under @kernel'}")
+    if cls.place is not None and pose_signal(cls) is None:
+        refuse(cls, "place", "only what moves can be put elsewhere: a component with an update, and with a true pose "
+                             "(an output of geometry_msgs/PoseStamped or nav_msgs/Odometry of the role TRUTH)")
     if cls.kernel is not None and (cls.output is not None or cls.update is not None):
         refuse(cls, "kernel", "a component has either a kernel, or an output and an update (a plant); this one has both")
     if cls.kernel is None and cls.output is None and cls.update is None and not cls.is_foreign:

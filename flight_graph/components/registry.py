@@ -15,7 +15,7 @@ PACKAGES = ("cubli_ros", "spacerobot_ros", "lander_ros", "sim_nodes")
 
 
 def executables(package: str) -> dict[str, str]:
-    """The executables of a package: name -> ``module:attribute``."""
+    """The executables of a package: name -> ``module:attribute``. Raises FlightError with the nearest names."""
     if package not in PACKAGES:
         raise unknown("package", package, PACKAGES)
     return importlib.import_module(f"{package}.nodes").EXECUTABLES

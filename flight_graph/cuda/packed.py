@@ -15,7 +15,7 @@ _ALIGNED = 16  # [bytes]
 _WORD = "<i8"
 _LOGS = ("L_", "T_")  # kinds of arrays that a run fills
 _MOVING = ("log", "times")  # addresses that go on as the run does
-_OF_CODE = ("part", "start", "fire")  # addresses of machine code
+_OF_CODE = ("part", "start", "place", "fire")  # addresses of machine code
 _END = "_end"
 
 
@@ -39,7 +39,7 @@ class Packed:
         found = [self._words(at, one) for at, one in self._kept[:self._tables]]
         self._where, self._relative, self._is_log = (np.concatenate(parts) for parts in zip(*found))
         firings = self._place(tables.firings)
-        code = [(firings + tables.firings.dtype.fields[name][1], name) for name in ("part", "start")]
+        code = [(firings + tables.firings.dtype.fields[name][1], name) for name in ("part", "start", "place")]
         step = tables.firings.dtype.itemsize * np.arange(len(tables.firings))
         self._code_where = np.concatenate([at + step for at, _ in code]) // 8
         self._code = np.array([numbers.get(int(place), 0) for _, name in code for place in tables.firings[name]], _WORD)

@@ -6,7 +6,7 @@ import threading
 import time
 from dataclasses import dataclass, field
 
-from flight_graph.components import component_file, declared, kernel_rules, registry
+from flight_graph.components import component_file, declared, kernel_rules, placement, registry
 from flight_graph.components.component import Component
 from flight_graph.components.findings import ComponentMistake, Finding
 from flight_graph.components.sources import source
@@ -18,6 +18,7 @@ from flight_graph.errors import FlightError, unknown
 from flight_graph.graphs.graph import Node
 from flight_graph.timebase import J2000, SECOND
 
+_ANYWHERE = placement.record_of({name: [0.0] * (count - 1) + [1.0] for name, count in placement.NUMBERS.items()})
 PATIENCE_S = 3.0  # of CPU, for one firing that takes microseconds: a busy machine does not count
 
 
@@ -109,7 +110,8 @@ def _single(use, component, values, state):
 def _run(single, component, part, state):
     """Run one part at t = 0. Raises FlightError when an index is outside, or when it does not end."""
     said = []
-    running = threading.Thread(target=lambda: said.append(single.call(part, 0)), daemon=True)
+    call = (lambda: single.place(_ANYWHERE, 0)) if part == "place" else (lambda: single.call(part, 0))
+    running = threading.Thread(target=lambda: said.append(call()), daemon=True)
     began = time.process_time()
     running.start()
     while running.is_alive() and time.process_time() - began < PATIENCE_S:

@@ -12,11 +12,15 @@ def check_engine(scenario: Scenario, engine: str) -> None:
         raise unknown("engine", engine, ENGINES)
     if engine != "ros":
         refuse_foreign(scenario)
+    _check_only(scenario, engine)
+
+
+def _check_only(scenario, engine):
     only = scenario.file.only
     if only and (engine == "ros") != (only.engine == "ros"):
         raise FlightError(f"{scenario.name} runs in the {only.engine} engine only: {only.because}")
     for vehicle in scenario.vehicles.values():
-        check_engine(vehicle, engine)
+        _check_only(vehicle, engine)
 
 
 def refuse_foreign(scenario: Scenario) -> None:

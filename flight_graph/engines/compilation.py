@@ -8,10 +8,11 @@ import sys
 import threading
 from dataclasses import dataclass, field
 
-from flight_graph.components import kernel_rules
+from flight_graph.components import kernel_rules, namespaces
 from flight_graph.components.component import Component
 from flight_graph.engines import driver, parts
 from flight_graph.engines.cache import cache_folder
+from flight_graph.engines.moved import made_of
 from flight_graph.errors import FlightError
 
 HERE = "FLIGHT_COMPILE_HERE"  # 1 in the environment: compile in this process
@@ -51,7 +52,7 @@ def compile_missing(components: dict[str, type[Component]], check_bounds: bool =
     tasks = _tasks(components, check_bounds)
     if tasks:
         _work(tasks, progress, jobs)
-    return sum(task.name in components for task in tasks)
+    return len(tasks) - any("driver" in job for task in tasks for job in task.jobs)
 
 
 def compile_kept(name: str, key: str) -> None:
@@ -116,6 +117,8 @@ def _load(components, check_bounds, progress):
 def _tasks(components, check_bounds):
     tasks, seen = [], set()
     for use, component in components.items():
+        if (plain := made_of(component)) is not component:
+            use, component = namespaces.split(use)[0], plain
         task = _Task(use, is_own=use.rpartition(":")[0].endswith(".py"))
         for part in parts.missing(component, check_bounds):
             key = parts.key(component, part, check_bounds)

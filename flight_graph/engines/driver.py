@@ -28,7 +28,7 @@ _WORD = "<i8"
 
 CONTROL = table("tick end epoch_ns base_ns stop who holds* holds_end* firings* firings_end* fire when* when_end*")
 HOLD = table("next period target* origin* size ticks")  # ticks: of the messages of a tape, one behind the other at origin
-FIRING = table("next period part parameters* state* records* fault* outputs* outputs_end* own* start")
+FIRING = table("next period part parameters* state* records* fault* outputs* outputs_end* own* start place")
 OUTPUT = table("next period stamp* record* size runs* runs_end* visible* log* log_next log_period channel* times* "
                "reductions* reductions_end*")
 RUN = table("offset count is_double")  # of floats that must be finite: bytes of a record
@@ -123,6 +123,22 @@ def silence(firing, tick):
 
 
 @compiled
+def put(firing_at, t_ns):
+    """Put the body elsewhere, where a placement is due at t. Returns 0 or a code of `stops`."""
+    firing = row(firing_at, FIRING)
+    own = row(firing.own, effects.OWN)
+    at = own.placements
+    while at < own.placements_end:
+        placement = row(at, effects.PLACEMENT)
+        if placement.begin <= t_ns < placement.end:
+            call(firing.place, 0, firing.parameters, firing.state, at + effects.PLACED)
+            if word_at(firing.fault) != 0:
+                return FAULT
+        at += effects.PLACEMENT_SIZE
+    return 0
+
+
+@compiled
 def fire(firing_at, tick, t_ns, stamp):
     """One firing: stamp the outputs, call the part, check and publish what is due. Returns 0 or a code of `stops`."""
     firing = row(firing_at, FIRING)
@@ -136,6 +152,8 @@ def fire(firing_at, tick, t_ns, stamp):
             if word_at(firing.fault) != 0:
                 return FAULT
         effects.alter(firing.own, t_ns)
+        if put(firing_at, t_ns) != 0:
+            return FAULT
     at, end = firing.outputs, firing.outputs_end
     while at < end:
         set_word_at(row(at, OUTPUT).stamp, stamp)
@@ -231,10 +249,10 @@ class Tables:
         rows, record, output = [], address(self.io), address(self.outputs)
         for firing in schedule.firings:
             state, after = arrays[firing.state], output + OUTPUT.itemsize * len(firing.publications)
-            part, start = (codes[firing.node].get(name) for name in (firing.part, "start"))
+            part, start, place = (codes[firing.node].get(name) for name in (firing.part, "start", "place"))
             rows.append((0, firing.period, part.address, address(arrays[firing.parameters]), address(state), record,
                          address(state) + state.dtype.fields["fault"][1], output, after,
-                         self.faults.own(firing), start.address if start else 0))
+                         self.faults.own(firing), start.address if start else 0, place.address if place else 0))
             record, output = record + 8 * len(firing.records), after
         self.firings = np.array(rows, FIRING)
         self._begin = [(table, table.copy()) for table in (self.holds, self.outputs, self.firings)]

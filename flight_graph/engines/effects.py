@@ -29,9 +29,12 @@ EFFECT = table("op begin end every span when* when_end* key each ticks bit targe
                "value ramp chance")  # times [ns]
 MEMORY = table("active onset latched since counted head filled")
 CHANNEL = table("origin* record* length visible* effects* effects_end* delivered")
-OWN = table("ends* ends_end* effects* effects_end* channels* channels_end* parameters* nominal* parameters_size state* "
-            "fresh* state_size first* is_down")  # of a firing; first: of the component's first part, in its second
-EFFECT_SIZE, CHANNEL_SIZE = EFFECT.itemsize, CHANNEL.itemsize
+PLACEMENT = table("begin end record*")  # times [ns]
+# Of a firing; first: of the component's first part, in its second.
+OWN = table("ends* ends_end* effects* effects_end* channels* channels_end* placements* placements_end* parameters* "
+            "nominal* parameters_size state* fresh* state_size first* is_down")
+EFFECT_SIZE, CHANNEL_SIZE, PLACEMENT_SIZE = EFFECT.itemsize, CHANNEL.itemsize, PLACEMENT.itemsize
+PLACED = PLACEMENT.fields["record"][1]  # [bytes] into a row: there stands what the part ``place`` takes
 
 FLAG, BIAS, SCALE, DRIFT, STUCK, HOLD, NOISE, QUANTISE, SATURATE, BIT_FLIP = range(10)
 ACT, REQUEST = 10, 11  # of monitors

@@ -3,7 +3,8 @@
 Names of arrays, besides those of `flight_graph.engines.schedule`: E_ (an output behind its faults), S_ and F_ (an input on
 its way through its faults, and as its reader sees it), N_ (parameters before faults), Z_ (the state at the start), W_ (a
 signal that a condition reads), T_ (the ticks of a log whose messages are not regular), A_ (what a fault remembers), B_
-(numbers and messages that it keeps), C_ (the steps of its condition), G_ (all parameters from an event on).
+(numbers and messages that it keeps), C_ (the steps of its condition), G_ (all parameters from an event
+on, and where a body is put).
 """
 
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ from flight_graph.faults import fault_types as types
 from flight_graph.faults.conditions import Condition
 from flight_graph.faults.fault_set import FOREVER, Fault, FaultSet
 from flight_graph.graphs.events import Change
+from flight_graph.graphs.placements import Placed
 from flight_graph.monitors.limit_checker import STATUS, request_port
 from flight_graph.monitors.monitor_set import Action, MonitorSet
 
@@ -61,6 +63,16 @@ class Channel:
 
 
 @dataclass(frozen=True)
+class Put:
+    """A placement for the one firing from begin_ns until before end_ns. array: of its record."""
+
+    array: str
+    begin_ns: int
+    end_ns: int
+    record: np.ndarray
+
+
+@dataclass(frozen=True)
 class Own:
     """What a firing looks at before it calls its part. first: whether it is the component's first part in a tick."""
 
@@ -70,6 +82,7 @@ class Own:
     effects: tuple[Effect, ...] = ()  # of state and parameters
     channels: tuple[Channel, ...] = ()  # of inputs
     parameters: str | None = None  # array of the parameters as the part sees them, where faults change them
+    placements: tuple["Put", ...] = ()  # of the body, after all that
 
 
 _NUMBER_OPS = {"bias": effects.BIAS, "spike": effects.BIAS, "scale": effects.SCALE, "drift": effects.DRIFT,
@@ -102,6 +115,7 @@ class NodeFaults:
     monitors: MonitorSet | None = None  # where the component is that of the monitors
     parameter_changes: tuple[Change, ...] = ()
     is_report: bool = False
+    placements: tuple[Placed, ...] = ()
 
     def __post_init__(self):
         self._numbers = {id(fault): number for number, fault in enumerate(self.faults)}
@@ -183,12 +197,14 @@ class NodeFaults:
         changes = list(self._sets(parameters))
         changes += [self._effect(fault, parameters if fault.place.kind == types.PARAMETER else state)
                    for fault in self.faults if fault.place.kind in (types.STATE, types.PARAMETER)]
-        if not (ends or changes or inputs):
+        if not (ends or changes or inputs or self.placements):
             return None
         changed = self.changes_parameters
         if not first:
             return Own(self.node.name, False, channels=inputs) if inputs or ends else None
-        return Own(self.node.name, True, tuple(ends), tuple(changes), inputs, parameters if changed else None)
+        puts = tuple(Put(f"G_{self.node.name}.place {number}", one.begin_ns, one.begin_ns + self.node.period_ns, one.record)
+                     for number, one in enumerate(self.placements))
+        return Own(self.node.name, True, tuple(ends), tuple(changes), inputs, parameters if changed else None, puts)
 
     def _sets(self, parameters):
         """What events set, before faults act on it: each holds until the next one."""
@@ -212,8 +228,7 @@ def of(faults: FaultSet | None, node) -> NodeFaults | None:
     is_report = faults.is_report(node.name)
     silent = is_report or any(fault.place.kind == types.COMPONENT for fault in mine)
     return NodeFaults(node, mine, silent, faults.monitors_at(node.name), tuple(faults.changes.get(node.name, ())),
-                      is_report)
-
+                      is_report, tuple(faults.placements.get(node.name, ())))
 
 
 def watched(node: str, other: str, port: str) -> str:
@@ -238,6 +253,7 @@ def memory(firings, components: dict, arrays: dict) -> dict[str, np.ndarray]:
             signal = component.inputs[channel.name.removeprefix(f"{firing.node}.")]
             made[channel.record], made[channel.visible] = signal.new()[1], signal.new()[1]
             _remember(made, channel.effects)
+        made |= {one.array: same(one.record) for one in own.placements}
         if own.parameters:
             made[f"N_{firing.node}"] = same(arrays[own.parameters])
         if own.ends:

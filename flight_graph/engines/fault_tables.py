@@ -60,6 +60,9 @@ class FaultTables:
             row[name], row[f"{name}_end"] = self._effects(found)
         channels = [self._channel_row(channel) for channel in own.channels]
         row["channels"], row["channels_end"] = self._keep(np.concatenate(channels)) if channels else (0, 0)
+        if own.placements:
+            row["placements"], row["placements_end"] = self._keep(np.array(
+                [(one.begin_ns, one.end_ns, address(arrays[one.array])) for one in own.placements], effects.PLACEMENT))
         if own.parameters:
             nominal = arrays[f"N_{own.node}"]
             row["parameters"], row["nominal"] = address(arrays[own.parameters]), address(nominal)

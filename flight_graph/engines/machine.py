@@ -48,8 +48,21 @@ _LOADED = {}
 
 def load(symbol: str, code: bytes) -> int:
     """The address of a function of object code; each symbol is loaded once a process."""
+    return _load(symbol, lambda library: library.add_object_img(code))
+
+
+def load_text(symbol: str, text: str, others: dict[str, int]) -> int:
+    """The address of a function of intermediate code, as `load`. others: symbol -> address of what it calls."""
+    def filled(library):
+        for name, address in others.items():
+            library.import_symbol(name, address)
+        return library.add_ir(text)
+    return _load(symbol, filled)
+
+
+def _load(symbol, filled):
     with _LOCK:
         if symbol not in _LOADED:
-            library = llvm.JITLibraryBuilder().add_object_img(code).add_current_process().export_symbol(symbol)
+            library = filled(llvm.JITLibraryBuilder()).add_current_process().export_symbol(symbol)
             _LOADED[symbol] = library.link(_linker(), symbol)
         return _LOADED[symbol][symbol]

@@ -7,11 +7,13 @@ from functools import cache
 import numpy as np
 
 from flight_graph.components.component import Component, kinds_of
+from flight_graph.components.placement import Placement
 from flight_math.kernel import plain
 from flight_math.values import Kinds, view
 from msg_schemas.body_layout import leaves
 
-PARTS = ("start", "kernel", "output", "update")
+PARTS = ("start", "kernel", "output", "update", "place")
+_UNTIMED = ("start", "place")  # not fired by the schedule: they take no time, and no ports
 
 
 def parts(component: type[Component]) -> list[str]:
@@ -19,10 +21,15 @@ def parts(component: type[Component]) -> list[str]:
     return [part for part in PARTS if getattr(component, part) is not None]
 
 
+def fired(component: type[Component]) -> list[str]:
+    """The parts that a schedule fires."""
+    return [part for part in parts(component) if part not in _UNTIMED]
+
+
 def ports(component: type[Component], part: str) -> tuple[list[str], list[str]]:
     """The inputs and the outputs that a part takes, in the order of its arguments."""
-    inputs = [] if part in ("start", "output") else list(component.inputs)
-    outputs = [] if part in ("start", "update") else list(component.outputs)
+    inputs = [] if part in (*_UNTIMED, "output") else list(component.inputs)
+    outputs = [] if part in (*_UNTIMED, "update") else list(component.outputs)
     return inputs, outputs
 
 
@@ -33,10 +40,10 @@ def bundles(function) -> tuple[bool, bool]:
 
 
 def records(component: type[Component], part: str) -> list[tuple[np.dtype, Kinds]]:
-    """Layout and kinds of a part's records: parameters, state, inputs, outputs."""
+    """Layout and kinds of a part's records: parameters, state, inputs, outputs; of ``place`` the placement last."""
     inputs, outputs = ports(component, part)
     signals = [component.inputs[port] for port in inputs] + [component.outputs[port] for port in outputs]
-    own = [component.parameters, component.state]
+    own = [component.parameters, component.state, *([Placement] if part == "place" else [])]
     return [(one.dtype, one.kinds) for one in own] + [(signal.dtype, kinds_of(signal)) for signal in signals]
 
 
@@ -48,7 +55,8 @@ def _tuple_of(side: str, names: tuple):
 def arranged(component: type[Component], part: str, given: list, bundle) -> list:
     """What stands for each record, in the form of the part's arguments; bundle(named tuple class, items) makes a bundle."""
     function = getattr(component, part)
-    arguments, rest = list(given[:2]), list(given[2:])
+    own = 3 if part == "place" else 2
+    arguments, rest = list(given[:own]), list(given[own:])
     for side, names, bundled in zip(("inputs", "outputs"), ports(component, part), bundles(function)):
         items, rest = rest[:len(names)], rest[len(names):]
         if bundled:
@@ -74,7 +82,7 @@ def compiled_arguments(component: type[Component], part: str, aligned: bool = Fa
     from flight_math.values.compiled_views import ViewType
     found = records(component, part)
     given = [ViewType(_twin(from_dtype(dtype), dtype) if aligned else from_dtype(dtype), kinds) for dtype, kinds in found]
-    time = [types.int64] if part != "start" else []
+    time = [types.int64] if part not in _UNTIMED else []
 
     def bundle(cls, items):
         if items and all(item == items[0] for item in items):

@@ -1,6 +1,6 @@
 """The parts of a component and the machine code of each: compiled once, for every graph and every engine.
 
-A part (start, kernel, output, update) is one C function ``void part(int64 t_ns, P *, X *, void **io)``; see
+A part (start, kernel, output, update, place) is one C function ``void part(int64 t_ns, P *, X *, void **io)``; see
 `flight_graph.engines.object_code`. Its key is a fingerprint of that part alone: of the kernels it reaches and of the
 layouts of its records, of the versions of what makes the code, and of the processor.
 """
@@ -19,6 +19,7 @@ from flight_graph.components.component import Component
 from flight_graph.components.kernel_rules import reached
 from flight_graph.engines import cache as store
 from flight_graph.engines import machine
+from flight_graph.engines.moved import called, made_of
 from flight_graph.engines.part_calls import parts, records
 from flight_graph.faults.report import does_nothing
 from flight_math.kernel import fingerprint
@@ -62,22 +63,24 @@ def _makers():
 
 def missing(component: type[Component], check_bounds: bool = False) -> list[str]:
     """The parts whose machine code is not in the cache."""
+    component = made_of(component)
     return [part for part in parts(component) if not store.has(key(component, part, check_bounds))]
 
 
 def load(component: type[Component], check_bounds: bool = False) -> dict[str, Code] | None:
     """part -> its machine code from the cache; None where some is missing or spoiled."""
-    found = {}
+    found, plain = {}, made_of(component)
     for part in parts(component):
-        name = key(component, part, check_bounds)
+        name = key(plain, part, check_bounds)
         if (code := load_code(name)) is None:
             return None
-        found[part] = code
+        found[part] = code if plain is component else Code(called(component, part, symbol(name), code.address), code.errors)
     return found
 
 
 def forget(component: type[Component], check_bounds: bool = False) -> None:
     """Take spoiled machine code out of the cache."""
+    component = made_of(component)
     for part in parts(component):
         name = key(component, part, check_bounds)
         if store.read(name) is None:

@@ -21,6 +21,9 @@ class PlainFiring:
         self._own = faults.own(firing)
         self._start = plain_arguments(component, "start", [arrays[firing.parameters], arrays[firing.state]]) if (
             component.start is not None) else None
+        self._placements = [(one.begin_ns, one.end_ns, plain_arguments(component, "place", [
+            arrays[firing.parameters], arrays[firing.state], arrays[one.array]]))
+            for one in (firing.own.placements if firing.own else ())]
         self._component = component
         self._function = getattr(component, firing.part)
         names = [firing.parameters, firing.state, *firing.records]
@@ -41,6 +44,11 @@ class PlainFiring:
                 if self._fault[0]:
                     return FAULT
             effects.alter(self._own, t_ns)
+            for begin, end, arguments in self._placements:
+                if begin <= t_ns < end:
+                    self._component.place(*arguments)
+                    if self._fault[0]:
+                        return FAULT
         for output in self.outputs:
             output.stamp[0], output.stamp[1] = stamp
         if around is None:

@@ -9,7 +9,7 @@ from flight_graph.components.component import Component
 from flight_graph.engines import compilation, driver, fault_schedule
 from flight_graph.engines.addresses import address, same
 from flight_graph.engines.checkpoint import is_kept
-from flight_graph.engines.part_calls import parts, ports
+from flight_graph.engines.part_calls import fired, plain_arguments, ports
 from flight_graph.engines.plain_driver import PlainTables
 from flight_graph.engines.schedule import Firing, Publication, Schedule
 from flight_graph.engines.stops import FAULT, Records, stop_sentence
@@ -30,8 +30,9 @@ class SingleComponent:
                  faults: FaultSet | None = None, watched: dict | None = None):
         self.name, self.component, self._epoch_ns = name, component, epoch_ns
         self._fresh = same(state)
-        self._faults = fault_schedule.of(faults, SimpleNamespace(name=name, component=component))
-        self._numbers = {part: i for i, part in enumerate(part for part in parts(component) if part != "start")}
+        period_ns = round(float(parameters["period"][0]) * SECOND)
+        self._faults = fault_schedule.of(faults, SimpleNamespace(name=name, component=component, period_ns=period_ns))
+        self._numbers = {part: i for i, part in enumerate(fired(component))}
         schedule = Schedule(None, {}, firings=[self._firing(part, output_periods) for part in self._numbers])
         self._channels = {made.port: made.channel for firing in schedule.firings for made in firing.publications}
         self._arrays = self._memory(schedule, parameters, state, inputs, outputs, watched or {})
@@ -128,6 +129,25 @@ class SingleComponent:
         parameters, state = self._arrays[f"P_{self.name}"], self._records.state
         self._tables.start(self.name, parameters, state)
         return self._sentence("start", FAULT, 0) if state["fault"][0] else ""
+
+    def place(self, record: np.ndarray, t_ns: int) -> str:
+        """Put it elsewhere between two firings, before the one at t; the sentence of a stop, or nothing.
+
+        record: (1,) of a `flight_graph.components.placement.Placement`.
+        """
+        parameters, state = self._arrays[f"P_{self.name}"], self._records.state
+        if self._codes is None:
+            with np.errstate(all="ignore"):
+                self.component.place(*plain_arguments(self.component, "place", [parameters, state, record]))
+        else:
+            io = np.array([address(record)], "<i8")
+            driver.part_function(self._codes["place"].address)(0, address(parameters), address(state), address(io))
+        return self._sentence("place", FAULT, t_ns) if state["fault"][0] else ""
+
+    def take_motion(self, other: "SingleComponent") -> None:
+        """Be where another one of the same component stands: its parameters and its state, as they are now."""
+        self._arrays[f"P_{self.name}"][:] = other._arrays[f"P_{self.name}"]
+        self._records.state[:] = other._records.state
 
     def _call_plainly(self, part, number, t_ns, stamp_ns):
         stamp_ns = self._epoch_ns + t_ns if stamp_ns is None else stamp_ns

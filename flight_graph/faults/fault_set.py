@@ -64,21 +64,24 @@ class FaultSet:
     nodes: name, as the entries have it -> node of the graph; seed: of the scenario. monitors: a `MonitorSet`, which stands
     in the schedule in the same way: it watches signals, and sets parameters as faults do. epoch_ns: stamp of t = 0.
     is_live: faults may be injected while the graph runs, so any message may be missing. changes: node -> the changes of
-    its parameters in time
-    (`flight_graph.graphs.events`), which stand in the schedule in the same way too. vehicles: the sets of the vehicles in
-    the graph, by name, each with its own report and monitors.
+    its parameters in time (`flight_graph.graphs.events`), which stand in the schedule in the same way too; placements:
+    likewise, where it is put (`flight_graph.graphs.placements`). vehicles: the sets of the vehicles in the graph, by name,
+    each with its own report and monitors.
     """
 
     def __init__(self, entries: list[FaultEntry], nodes: dict, seed: int, where: str, monitors=None, epoch_ns: int = 0,
-                 is_live: bool = False, changes: dict | None = None, vehicles: dict | None = None):
-        self.is_live, self.changes, self.vehicles = is_live, changes or {}, vehicles or {}
+                 is_live: bool = False, changes: dict | None = None, vehicles: dict | None = None,
+                 placements: dict | None = None):
+        self.is_live, self.changes, self.vehicles, self.placements = is_live, changes or {}, vehicles or {}, (
+            {} if placements is None else placements)
         self.nodes, self.entries, self.monitors, self.epoch_ns = nodes, entries, monitors, epoch_ns
         self.faults = [_fault(entry, nodes, seed, f"{where}.{entry.id}") for entry in entries]
         self._report = (nodes[REPORT].name if REPORT in nodes else REPORT) if self.faults else None
         _refuse_contradictions([fault for one in self.parts() for fault in one.faults], where)
 
     def __bool__(self):
-        return bool(self.faults or self.monitors or self.is_live or self.changes or any(self.vehicles.values()))
+        return bool(self.faults or self.monitors or self.is_live or self.changes or self.placements
+                    or any(self.vehicles.values()))
 
     def parts(self):
         """Yield this set and those of all vehicles in it."""
@@ -113,7 +116,8 @@ class FaultSet:
 
     def concerns(self, node: str) -> bool:
         """Whether a component's firings look at anything here."""
-        return self.is_live or node in self.changes or bool(self.of(node)) or self.monitors_at(node) is not None
+        return (self.is_live or node in self.changes or node in self.placements or bool(self.of(node))
+                or self.monitors_at(node) is not None)
 
     def of_components(self) -> list[Fault]:
         """Those of whole components."""

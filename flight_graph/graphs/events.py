@@ -48,7 +48,7 @@ def changes(entries, nodes: dict, where: str, folder: Path | None) -> dict[str, 
     found, seen = {}, {}
     for number, entry in sorted(enumerate(entries), key=lambda item: item[1].at_s):
         here, begin_ns, by_node = f"{where}[{number}].set", round(entry.at_s * SECOND), {}
-        for key, value in entry.set.items():
+        for key, value in (entry.set or {}).items():
             name, parameter = names.split(key, nodes)
             _refuse(name, parameter, nodes, here)
             if seen.setdefault((key, begin_ns), number) != number:

@@ -49,8 +49,21 @@ def node(name: str, entry: ComponentEntry, others: list[Node], where: str) -> No
 
 
 def stand_in_of(name: str) -> str:
-    """The ROS node that stands in for a foreign node in lockstep, see `flight_graph.ros.stand_in`."""
-    return f"{name}_stand_in"
+    """The ROS node that stands in for a foreign node in lockstep, see `flight_graph.ros.stand_in`. It is one of the whole
+    graph, also where the foreign node is in a vehicle.
+    """
+    return f"{name.replace('.', '_')}_stand_in"
+
+
+def check_stand_ins(nodes: list[Node], vehicles, where: str) -> None:
+    """Refuse a component, a vehicle or a second foreign node that takes the name of a stand-in. Raises FlightError."""
+    taken = {one.name for one in nodes} | {*vehicles}
+    for one in nodes:
+        if one.is_foreign:
+            if stand_in_of(one.name) in taken:
+                raise FlightError(f"{where}: the name {stand_in_of(one.name)} is taken by the stand-in of the foreign node "
+                                  f"{one.name}; take another")
+            taken.add(stand_in_of(one.name))
 
 
 def refuse_keys(entry: ComponentEntry, where: str) -> None:

@@ -37,6 +37,7 @@ class Node:
 
     @property
     def period_ns(self) -> int:
+        """Time between two firings [ns]. Raises FlightError where it is no whole number."""
         return period_ns(self.rate_hz, f"{self.name}.rate_hz")
 
     def output_period_ns(self, port: str) -> int:
@@ -86,6 +87,7 @@ class Graph:
 
     # -- what there is -------------------------------------------------------------------------------------------
     def signal(self, node: str, port: str) -> Signal:
+        """The signal of an output, by the names of its node and port."""
         return self.nodes[node].component.outputs[port]
 
     def outputs(self):

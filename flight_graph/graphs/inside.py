@@ -20,7 +20,9 @@ def edges(vehicles: dict) -> dict[tuple[str, str], Edge]:
 
 def events(vehicles: dict) -> list:
     """Their events."""
-    return [one.model_copy(update={"set": {names.joined(vehicle, key): value for key, value in one.set.items()}})
+    return [one.model_copy(update={
+        key: {names.joined(vehicle, name): value for name, value in found.items()}
+        for key in ("set", "place") if (found := getattr(one, key)) is not None})
             for vehicle, scenario in vehicles.items() for one in scenario.events()]
 
 

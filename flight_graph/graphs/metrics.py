@@ -3,11 +3,12 @@
 import math
 import traceback
 from contextlib import contextmanager
+from functools import reduce
 from pathlib import Path
 
 from flight_graph.components import functions, names, namespaces
-from flight_graph.errors import FlightError, unknown
-from flight_graph.graphs import fault_scores, measures
+from flight_graph.errors import FlightError
+from flight_graph.graphs import fault_scores, measures, vehicles
 from flight_graph.graphs.scenario import Scenario
 
 
@@ -53,11 +54,7 @@ class Inside:
 
 def vehicle_of(scenario: Scenario, signals, path: str) -> tuple[Scenario, Inside]:
     """The scenario of a vehicle, ``rover_a`` or ``fleet.rover_a``, and its signals. Raises FlightError."""
-    for name in path.split("."):
-        if name not in scenario.vehicles:
-            raise unknown("vehicle", name, scenario.vehicles, scenario.name)
-        scenario, signals = scenario.vehicles[name], Inside(signals, name)
-    return scenario, signals
+    return vehicles.named(scenario, path), reduce(Inside, path.split("."), signals)
 
 
 def _own(scenario, signals, finite, reduced, from_above):

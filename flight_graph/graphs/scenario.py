@@ -26,7 +26,7 @@ from flight_graph.components.foreign import Consent, agree
 from flight_graph.errors import FlightError, unknown
 from flight_graph.faults import fault_file, report
 from flight_graph.faults.fault_set import FaultSet
-from flight_graph.graphs import events, foreign_nodes, include, inside, measures, vehicles
+from flight_graph.graphs import events, foreign_nodes, include, inside, measures, placements, vehicles
 from flight_graph.graphs.added_nodes import added_nodes
 from flight_graph.graphs.graph import Edge, Graph, Node
 from flight_graph.graphs.named_code import foreign_code
@@ -67,6 +67,7 @@ class Scenario:
         included = inside.nodes(self.vehicles)
         self.maker = NodeMaker(self.file.components, self.seed, origin, folder, {node.name: node for node in included})
         nodes = [*self.maker.nodes(), *included]
+        foreign_nodes.check_stand_ins(nodes, self.vehicles, origin)
         base = None
         if self.file.base_rate_hz is not None:
             base = period_ns(self.file.base_rate_hz, f"{origin}: base_rate_hz")
@@ -82,7 +83,8 @@ class Scenario:
         except FlightError as error:
             raise FlightError(f"{origin}: {error}") from None
         own = {name: node for name, node in self.graph.nodes.items() if not report.does_nothing(node.component)}
-        self.faults = self._fault_set(self.graph.nodes, events.changes(self.events(), own, f"{origin}: events", folder))
+        self.faults = self._fault_set(self.graph.nodes, events.changes(self.events(), own, f"{origin}: events", folder),
+                                      placements.found(self.events(), own, f"{origin}: events"))
         self._check_recorded_topics()
         self.measures = measures.read(self.file.measures or {}, self.graph.nodes, f"{origin}: measures")
         self.vary = None
@@ -92,10 +94,12 @@ class Scenario:
 
     @property
     def name(self) -> str:
+        """What bags and error texts call it."""
         return self.file.name
 
     @property
     def seed(self) -> int:
+        """The seed that each component's own noise follows from."""
         return self.file.seed
 
     @property
@@ -205,19 +209,15 @@ class Scenario:
         found = {"seed": vehicles.seed_of(self.seed, name), **vehicles.own(entry.scenario),
                  "duration_s": self.file.duration_s, "epoch_ns": self.file.epoch_ns}
         where = f"{where} ({short(str(found.get('name')), 60)})"
-        made = Scenario(found, where, Path(entry.folder) if entry.folder else None)
-        if made.foreign:
-            raise FlightError(f"{where}: components.{made.foreign[0]}: a foreign node cannot be in a vehicle; make it a "
-                              "component of the scenario that includes")
-        return made
+        return Scenario(found, where, Path(entry.folder) if entry.folder else None)
 
-    def _fault_set(self, scope: dict[str, Node], changes: dict | None = None) -> FaultSet:
+    def _fault_set(self, scope: dict[str, Node], changes: dict | None = None, placed: dict | None = None) -> FaultSet:
         """Faults, monitors, and those of the vehicles. scope: name, as this scenario has it -> node of the whole graph."""
         monitors = MonitorSet(self._watching, scope, f"{self.origin}: monitors") if self._watching else None
         found = {name: vehicle._fault_set({own: scope[names.joined(name, own)] for own in vehicle.graph.nodes})
                  for name, vehicle in self.vehicles.items()}
         return FaultSet(self._entries, scope, self.seed, f"{self.origin}: faults", monitors, self.epoch_ns,
-                        bool(self.live_ids), changes, found)
+                        bool(self.live_ids), changes, found, placed)
 
     @property
     def live_ids(self) -> list[str]:
@@ -229,7 +229,7 @@ class Scenario:
         entries = [*(self.file.faults or []), *injected]
         read = self._with_spares(fault_file.read(entries, f"{self.origin}: faults"))
         return FaultSet(read, self.graph.nodes, self.seed, f"{self.origin}: faults", self.faults.monitors, self.epoch_ns,
-                        True, self.faults.changes, self.faults.vehicles)
+                        True, self.faults.changes, self.faults.vehicles, self.faults.placements)
 
     def _with_spares(self, entries):
         """Entries in the order of the report: those of the file, then live ones by number, those that are free too."""
@@ -274,7 +274,10 @@ def load(name_or_path: str, overrides: dict[str, Any] | None = None, case: int |
 
 
 def vary_case(scenario: Scenario, case: int, overrides: dict[str, Any] | None = None) -> Scenario:
-    """The scenario of case number ``case``. overrides: what was set by hand, which must not be varied as well."""
+    """The scenario of case number ``case``. overrides: what was set by hand, which must not be varied as well.
+
+    Raises FlightError.
+    """
     if scenario.vary is None:
         raise FlightError(f"{scenario.origin}: it has no 'vary' block, so it has no case {case}")
     values = scenario.vary.overrides(case)

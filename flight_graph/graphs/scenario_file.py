@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from flight_graph.bags.journal import FLUSH_PERIOD_S
 from flight_graph.errors import FlightError
@@ -76,10 +76,18 @@ class EngineLimit(_Strict):
 
 
 class EventEntry(_Strict):
-    """Parameters that are set at a time of the run."""
+    """Parameters that are set at a time of the run, and bodies that are put elsewhere."""
 
     at_s: float = Field(ge=0, le=1e9, allow_inf_nan=False, description="time [s]: before the first firing then or later")
-    set: dict[str, Any] = Field(min_length=1, max_length=1000, description="`component.parameter` -> value")
+    set: dict[str, Any] | None = Field(None, min_length=1, max_length=1000, description="`component.parameter` -> value")
+    place: dict[str, dict[str, Any]] | None = Field(None, min_length=1, max_length=1000, description=(
+        "component that moves -> some of `position`, `orientation`, `velocity`, `angular_velocity`"))
+
+    @model_validator(mode="after")
+    def _does_something(self):
+        if self.set is None and self.place is None:
+            raise ValueError("an event has set, or place, or both")
+        return self
 
 
 class RestartEntry(_Strict):
@@ -121,7 +129,7 @@ class ScenarioFile(_Strict):
     faults: list[dict[str, Any]] | None = Field(None, description=(
         "what breaks, where and when; see faults.md"))
     events: list[EventEntry] | None = Field(None, max_length=10_000, description=(
-        "parameters that change while it runs; see events.md"))
+        "parameters that change while it runs, bodies that are put elsewhere; see events.md"))
     live_faults: int | None = Field(None, ge=1, le=100, description=(
         "places `live_1` to `live_N` for faults that are injected while the graph runs as nodes; see faults.md"))
     monitors: dict[str, Any] | None = Field(None, description=(

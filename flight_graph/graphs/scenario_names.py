@@ -3,8 +3,7 @@
 from flight_graph.components import functions, names
 from flight_graph.errors import FlightError
 from flight_graph.faults import report
-from flight_graph.graphs import foreign_nodes
-from flight_graph.graphs.scenario_file import FOREIGN, ScenarioFile
+from flight_graph.graphs.scenario_file import ScenarioFile
 from flight_graph.text_files import short
 
 _TAKEN = ("recorder", "replayer", report.REPORT, report.MONITORS)
@@ -27,10 +26,6 @@ def check_names(file: ScenarioFile, origin: str) -> None:
     for name in included:
         if name in file.components:
             raise FlightError(f"{origin}: include.{name}: a component has this name; take another")
-    for name, entry in file.components.items():
-        if entry.use == FOREIGN and foreign_nodes.stand_in_of(name) in file.components:
-            raise FlightError(f"{origin}: components.{foreign_nodes.stand_in_of(name)}: this name is taken by the stand-in "
-                              f"of the foreign node {name}; take another")
     for key in ("metrics", "figure"):
         if name := getattr(file, key):
             functions.check_name(name, f"{origin}: {key}")

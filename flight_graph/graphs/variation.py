@@ -140,7 +140,7 @@ def _faults(made, base):
     if made.file.faults is not base.file.faults:
         entries = made._with_spares(fault_file.read(made.file.faults or [], f"{made.origin}: faults"))
     return FaultSet(entries, made.graph.nodes, made.seed, f"{made.origin}: faults", base.faults.monitors, made.epoch_ns,
-                    bool(made.live_ids), changes)
+                    bool(made.live_ids), changes, placements=base.faults.placements)
 
 
 def _is_structural(key: str) -> bool:

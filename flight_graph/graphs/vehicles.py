@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from flight_graph.components import names
-from flight_graph.errors import FlightError
+from flight_graph.errors import FlightError, unknown
 from flight_math.noise import stream_key
 
 DEEPEST = 5  # scenarios in each other
@@ -19,6 +19,15 @@ OUTSIDE = ("duration_s", "epoch_ns", "base_rate_hz", "record", "live_faults", "w
 def seed_of(seed: int, name: str) -> int:
     """The seed of a vehicle, from that of the scenario that includes it."""
     return stream_key(seed, f"vehicle {name}")
+
+
+def named(scenario, path: str):
+    """The scenario of a vehicle, ``rover_a`` or ``fleet.rover_a``. Raises FlightError."""
+    for name in path.split("."):
+        if name not in scenario.vehicles:
+            raise unknown("vehicle", name, scenario.vehicles, scenario.name)
+        scenario = scenario.vehicles[name]
+    return scenario
 
 
 def refuse_too_deep(data, where: str) -> None:

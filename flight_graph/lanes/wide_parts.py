@@ -75,7 +75,7 @@ def load(asked: Asked, progress=None) -> dict[str, Wide]:
 
 
 def _parts(component):
-    return [part for part in part_calls.parts(component) if part != "start"]
+    return part_calls.fired(component)
 
 
 def _compile(asked, progress):

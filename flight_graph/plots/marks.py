@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flight_graph.plots.series import BagLines
+from flight_graph.plots.bag_lines import BagLines
 from flight_graph.text_files import short
 
 FAULT, LIMIT, ACT, MODE, SETTING, END = "fault", "limit", "act", "mode", "setting", "end"
@@ -32,17 +32,19 @@ def marks(run: BagLines, modes: dict[str, tuple[str, ...]] | None = None) -> tup
 
     modes: topic -> the names of the modes that its numbers stand for; numbers without it.
     """
-    found = [*_faults(run), *_monitors(run), *_modes(run, modes or {}), *_settings(run), *_end(run)]
+    first, last = ((stamp - run.start_ns) / _SECOND for stamp in (run.bag.start_ns, run.bag.end_ns))
+    found = [*_faults(run), *_monitors(run), *_modes(run, modes or {}), *_end(run),
+             *(one for one in _settings(run) if first <= one.t <= last)]  # the others are before or behind what it holds
     found.sort()
     return found[:MOST], len(found)
 
 
 def _lines(run, topic):
-    """(name, t, values) of each scalar quantity of a topic, where the bag has it."""
+    """(name, t, values) of each number of a topic, where the bag has it."""
     if topic in run.bag.topics:
-        for quantity in run.quantities(topic):
-            for line, values in quantity.lines.items():
-                yield quantity.name + line, quantity.t, values
+        for series in run.series(topic):
+            for line in series.lines:
+                yield series.name + line.entry, series.t, line.values
 
 
 def _steps(t, values):
@@ -82,11 +84,11 @@ def _modes(run, modes):
         if not {"mode", "changes"} <= names:
             continue
         known = modes.get(topic, ())
-        quantity = run.find(f"{topic}.mode")
-        values = quantity.lines[""]
+        series = run.find(f"{topic}.mode")
+        values = series.lines[0].values
         for at in np.flatnonzero(np.diff(values, prepend=np.nan))[:MOST]:
             number = int(values[at]) if np.isfinite(values[at]) else -1
-            yield Mark(float(quantity.t[at]), MODE, known[number] if 0 <= number < len(known) else f"mode {number}")
+            yield Mark(float(series.t[at]), MODE, known[number] if 0 <= number < len(known) else f"mode {number}")
 
 
 def _settings(run):

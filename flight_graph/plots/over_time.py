@@ -1,18 +1,19 @@
-"""Quantities of bags over time, or one over another, as one picture: a panel for each, all runs in it.
+"""Series of bags over time, or one over another, as one picture: a panel for each, all runs in it.
 
-``A - B`` is the difference of two quantities with equally many numbers, at the messages of the first: an estimate less the
+``A - B`` is the difference of two series with equally many numbers, at the messages of the first: an estimate less the
 truth.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from flight_graph.bags.series import Series
 from flight_graph.errors import FlightError
 from flight_graph.plots import style
+from flight_graph.plots.bag_lines import BagLines
 from flight_graph.plots.marks import ACT, END, FAULT, LIMIT, MODE, SETTING, Mark
-from flight_graph.plots.series import BagLines, Quantity
 from flight_graph.plots.thinning import chosen
 
 MOST_PANELS = 12
@@ -20,16 +21,16 @@ MOST_LINES = 12  # of a panel and run
 MOST_POINTS = 20_000  # of a line
 MOST_MARKS = 25
 MINUS = " - "  # between two fields: their difference
-LINES_AT_FIRST = 4  # of a quantity that is drawn without having been asked for
+LINES_AT_FIRST = 4  # of a series that is drawn without having been asked for
 MARK_COLOURS = {FAULT: "#c0392b", LIMIT: "#d68910", ACT: "#6c4a9e", MODE: "#0b6e99", SETTING: "#2e8b57", END: "#1c2833"}
 
 
 @dataclass(frozen=True)
 class Panel:
-    """A quantity of some runs. title: what it is; shown: (name of the run, quantity), one a run that has it."""
+    """A series of some runs. title: what it is; shown: (name of the run, series), one a run that has it."""
 
     title: str
-    shown: list[tuple[str, Quantity]]
+    shown: list[tuple[str, Series]]
 
 
 def panels(runs: list[BagLines], fields: list[str]) -> list[Panel]:
@@ -44,16 +45,16 @@ def panels(runs: list[BagLines], fields: list[str]) -> list[Panel]:
         shown, missing = [], None
         for run in runs:
             try:
-                shown.append((run.name, quantity_of(run, field)))
+                shown.append((run.name, series_of(run, field)))
             except FlightError as error:
                 missing = missing or error
         if not shown:
             raise missing
-        found.append(Panel(f"{shown[0][1].topic}.{shown[0][1].name}", shown))
+        found.append(Panel(shown[0][1].key, shown))
     return found
 
 
-def quantity_of(run: BagLines, field: str) -> Quantity:
+def series_of(run: BagLines, field: str) -> Series:
     """What ``TOPIC.FIELD`` or ``TOPIC.FIELD - TOPIC.FIELD`` names in a run. Raises FlightError."""
     first, minus, second = field.partition(MINUS)
     if not minus:
@@ -63,10 +64,16 @@ def quantity_of(run: BagLines, field: str) -> Quantity:
         raise FlightError(f"'{field}': the first has {len(a.lines)} numbers, the second {len(b.lines)}")
     if a.unit and b.unit and a.unit != b.unit:
         raise FlightError(f"'{field}': the first is in {a.unit}, the second in {b.unit}")
-    held = np.searchsorted(b.t, a.t, side="right") - 1  # the newest message of the second
-    lines = {name: np.where(held >= 0, values - other[np.maximum(held, 0)], np.nan) if len(other) else values * np.nan
-             for (name, values), other in zip(a.lines.items(), b.lines.values())}
-    return Quantity(a.topic, f"{a.name} less {b.topic}.{b.name}", a.unit or b.unit, a.t, lines)
+    newest = np.searchsorted(b.t, a.t, side="right") - 1  # message of the second
+    lines = tuple(replace(one, values=_less(one.values, other.values, newest)) for one, other in zip(a.lines, b.lines))
+    return replace(a, name=f"{a.name} less {b.key}", unit=a.unit or b.unit, lines=lines)
+
+
+def _less(values, others, newest) -> np.ndarray:
+    """Values (n,) less those of the other at its messages ``newest`` (n,), NaN before its first."""
+    if not len(others):
+        return np.full(len(values), np.nan)
+    return np.where(newest >= 0, values - others[np.maximum(newest, 0)], np.nan)
 
 
 def first_panels(runs: list[BagLines]) -> list[Panel]:
@@ -74,9 +81,9 @@ def first_panels(runs: list[BagLines]) -> list[Panel]:
     names = {}
     for run in runs:
         for topic in run.topics:
-            for quantity in run.quantities(topic):
-                if not quantity.is_constant and len(quantity.lines) <= LINES_AT_FIRST:
-                    names.setdefault(topic, []).append(f"{topic}.{quantity.name}")
+            for series in run.series(topic):
+                if not series.is_constant and len(series.lines) <= LINES_AT_FIRST:
+                    names.setdefault(topic, []).append(series.key)
     fields = []
     while len(fields) < MOST_PANELS // 2 and any(names.values()):
         for topic in names:
@@ -99,8 +106,8 @@ def draw(found: list[Panel], path: Path, title: str, over: list[Panel] | None = 
     places = figure.subplots(rows, columns, squeeze=False, sharex=over is None).ravel()
     thinned = 0
     for place, panel in zip(places, found):
-        thinned = max(thinned, *(_draw(place, panel, at, run, quantity, over, begin, end)
-                                 for at, (run, quantity) in enumerate(panel.shown)))
+        thinned = max(thinned, *(_draw(place, panel, at, run, series, over, begin, end)
+                                 for at, (run, series) in enumerate(panel.shown)))
         place.set_title(style.plain(panel.title), fontsize=9, loc="left")
         unit = panel.shown[0][1].unit
         place.set_ylabel(style.plain(f"[{unit}]" if unit else ""))
@@ -115,39 +122,39 @@ def draw(found: list[Panel], path: Path, title: str, over: list[Panel] | None = 
     return style.save(figure, path, title), thinned
 
 
-def _draw(place, panel, at, run, quantity, over, begin, end) -> int:
+def _draw(place, panel, at, run, series, over, begin, end) -> int:
     """The lines of a run; returns the number of its messages where they were thinned."""
-    inside = np.ones(len(quantity.t), bool)
+    inside = np.ones(len(series.t), bool)
     if begin is not None:
-        inside &= quantity.t >= begin
+        inside &= series.t >= begin
     if end is not None:
-        inside &= quantity.t <= end
-    lines = {name: values[inside] for name, values in list(quantity.lines.items())[:MOST_LINES]}
-    t, several = quantity.t[inside], len(panel.shown) > 1
+        inside &= series.t <= end
+    lines = {line.entry: line.values[inside] for line in series.lines[:MOST_LINES]}
+    t, several = series.t[inside], len(panel.shown) > 1
     x = t if over is None else _matched(over[0], run, t)
     rows = chosen(list(lines.values()), MOST_POINTS)
     keep = slice(None) if rows is None else rows
     for number, (name, values) in enumerate(lines.items()):
-        own = name.lstrip(".") if name or several else quantity.name
+        own = name.lstrip(".") if name or several else series.name
         label = " ".join(part for part in (run if several else "", own) if part)
         colour = style.COLOURS[(at if several else number) % len(style.COLOURS)]
         dash = style.DASHES[(number if several else number // len(style.COLOURS)) % len(style.DASHES)]
         place.plot(x[keep], values[keep], dash, color=colour, lw=1.0, marker="" if len(values) > 1 else "o",
                    label=style.plain(label))
-    if len(quantity.lines) > MOST_LINES:
-        place.plot([], [], " ", label=f"{len(quantity.lines) - MOST_LINES} more entries not drawn")
+    if len(series.lines) > MOST_LINES:
+        place.plot([], [], " ", label=f"{len(series.lines) - MOST_LINES} more entries not drawn")
     return len(t) if rows is not None else 0
 
 
 def _matched(panel, run, t) -> np.ndarray:
-    """The quantity of the horizontal axis at the times of the other. Raises FlightError where it has several lines."""
-    quantity = next((one for name, one in panel.shown if name == run), None)
-    if quantity is None:
+    """The series of the horizontal axis at the times of the other. Raises FlightError where it has several lines."""
+    series = next((one for name, one in panel.shown if name == run), None)
+    if series is None:
         raise FlightError(f"--over: {run} has no {panel.title}")
-    if len(quantity.lines) != 1:
-        names = ", ".join(f"{quantity.topic}.{quantity.name}{name}" for name in quantity.lines)
-        raise FlightError(f"--over {panel.title}: it has {len(quantity.lines)} numbers; name one: {names}")
-    return np.interp(t, quantity.t, next(iter(quantity.lines.values())), left=np.nan, right=np.nan)
+    if len(series.lines) != 1:
+        names = ", ".join(series.key + line.entry for line in series.lines)
+        raise FlightError(f"--over {panel.title}: it has {len(series.lines)} numbers; name one: {names}")
+    return np.interp(t, series.t, series.lines[0].values, left=np.nan, right=np.nan)
 
 
 def _marks(place, marks):

@@ -8,9 +8,9 @@ from pathlib import Path
 from flight_graph.components.foreign import refuse
 from flight_graph.errors import FlightError
 from flight_graph.plots import over_time
+from flight_graph.plots.bag_lines import BagLines
 from flight_graph.plots.marks import marks
 from flight_graph.plots.names import run_names
-from flight_graph.plots.series import BagLines
 from flight_graph.recordings.bag_scenario import read_scenario
 from flight_graph.recordings.what_ran import what_ran
 

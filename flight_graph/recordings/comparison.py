@@ -33,6 +33,7 @@ class Comparison:
 
     @property
     def holds(self) -> bool:
+        """Whether the run came out as it was: equal, or close where versions differ."""
         return self.verdict in (EQUAL, CLOSE)
 
     def plain(self) -> dict:

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from flight_graph.bags.errors import quoted
+from flight_graph.components import names
 from flight_graph.engines import checkpoint
 from flight_graph.engines.checkpoint import Checkpoint
 from flight_graph.engines.compiled import CompiledRun
@@ -64,8 +65,8 @@ def continued(text: str, settings: dict | None = None, duration_s: float | None 
     """Take a run up at ``BAG@SECONDS``. Raises FlightError.
 
     settings: ``component.parameter`` -> value; with any it is a branch. duration_s: simulated time from there on; by
-    default to the end of the run. trust: as for `open_recorded`. progress(seconds simulated) on the way from the
-    checkpoint.
+    default to the end of the run. trust: as for `open_recorded`. progress(seconds simulated, where to) on the
+    way from the checkpoint.
     """
     path, seconds = split(text, option)
     if seconds is None:
@@ -73,8 +74,11 @@ def continued(text: str, settings: dict | None = None, duration_s: float | None 
     run = open_recorded(path, trust)
     tick = tick_at(seconds, run.scenario.graph.base_ns, f"{option} {short(text)}")
     memory = memory_at(run, tick, progress, compiling)
-    return branch(run.scenario, memory, path.resolve().name, settings or {}, duration_s,
+    made = branch(run.scenario, memory, path.resolve().name, settings or {}, duration_s,
                   [run.changes_sentence()] if run.changed else [])
+    if run.scenario.foreign and not run.complete:
+        _refuse_unsaid(run.scenario, made.scenario.duration_ns, run.recorded_until_ns)
+    return made
 
 
 def taken_back(path: Path, t_ns: int) -> Continuation:
@@ -115,7 +119,7 @@ def memory_from(scenario: Scenario, begin: Checkpoint | None, tick: int, progres
     while not flight.stop and flight.tick < tick:
         flight.advance(min(tick, flight.tick + CHUNK))
         if progress:
-            progress(flight.tick * scenario.graph.base_ns / SECOND)
+            progress(flight.tick * scenario.graph.base_ns / SECOND, tick * scenario.graph.base_ns / SECOND)
     if flight.stop:
         raise flight.stop
     return flight.checkpoint()
@@ -129,10 +133,11 @@ def branch(scenario: Scenario, memory: Checkpoint, parent: str, settings: dict, 
         if not 0.0 < duration_s < 1e9:
             raise FlightError(f"--duration {duration_s:g}: allowed: a time in seconds greater than 0")
         settings = {**settings, "duration_s": (memory.t_ns + round(duration_s * SECOND)) / SECOND}
-    if changes and scenario.foreign:
-        raise FlightError(f"--set: {' and '.join(scenario.foreign)} stands for a foreign node; what it would have answered "
-                          "to a change is not in the bag")
+    if scenario.foreign:
+        _refuse_unheard(scenario, changes)
     changed = _with(scenario, settings, memory.tick) if settings else scenario
+    if scenario.foreign:
+        _refuse_unsaid(scenario, changed.duration_ns, scenario.duration_ns)
     if memory.tick >= changed.ticks:
         raise FlightError(f"at t = {memory.t_ns / SECOND:.9g} s the run of {changed.duration_ns / SECOND:g} s is over; "
                           "--duration SECONDS goes on")
@@ -140,9 +145,42 @@ def branch(scenario: Scenario, memory: Checkpoint, parent: str, settings: dict, 
     return Continuation(changed, Beginning(begin, parent, memory.digest, changes), [*warnings, *found])
 
 
+def _refuse_unheard(scenario: Scenario, changes: dict) -> None:
+    """Refuse changes to which a foreign node would have answered otherwise: those that reach it. Raises FlightError."""
+    for key in changes:
+        name, parameter = names.split(key, scenario.graph.nodes)
+        heard = reached(scenario, name) if parameter and name in scenario.graph.nodes else scenario.graph.nodes
+        if found := [one for one in scenario.foreign if one in heard]:
+            raise FlightError(f"--set {key}: {' and '.join(found)} stands for a foreign node, which this reaches; what it "
+                              "would have answered to a change is not in the bag")
+
+
+def _refuse_unsaid(scenario: Scenario, end_ns: int, known_ns: int) -> None:
+    """Refuse to go on to a time for which nobody knows what a foreign node would have said. Raises FlightError."""
+    if end_ns > known_ns:
+        raise FlightError(f"--duration: {' and '.join(scenario.foreign)} stands for a foreign node; what it would have "
+                          f"said after t = {known_ns / SECOND:.9g} s is not in the bag")
+
+
+def reached(scenario: Scenario, name: str) -> set[str]:
+    """The components to which a change of one can come: itself, who reads it, who reads them; all, behind monitors that may
+    act.
+    """
+    graph, faults = scenario.graph, scenario.faults
+    found, waiting = set(), {name}
+    while waiting:
+        one = waiting.pop()
+        if faults.monitors_at(one) is not None:
+            return {*graph.nodes}
+        found.add(one)
+        waiting |= {consumer.name for consumer, _, _ in graph.consumers(one)} - found
+        waiting |= {other for other in graph.nodes if any(node == one for node, _ in faults.watched(other))} - found
+    return found
+
+
 def _past(entry: dict, settings: dict, t_ns: int) -> dict:
     """An event, with what a branch sets in the place of what the event has set by then."""
-    if round(entry["at_s"] * SECOND) > t_ns:
+    if round(entry["at_s"] * SECOND) > t_ns or "set" not in entry:
         return entry
     return {**entry, "set": {key: settings.get(key, value) for key, value in entry["set"].items()}}
 
@@ -151,7 +189,9 @@ def _with(scenario: Scenario, settings: dict, tick: int) -> Scenario:
     data = setting.override(scenario.resolved(), settings, folder=scenario.folder)
     if "events" not in settings:
         data = _with_past(data, settings, tick * scenario.graph.base_ns)
-    return Scenario(_with_streams(data, scenario, settings), scenario.origin, scenario.folder)
+    made = Scenario(_with_streams(data, scenario, settings), scenario.origin, scenario.folder)
+    made.tapes = scenario.tapes
+    return made
 
 
 def _with_past(data: dict, settings: dict, t_ns: int) -> dict:

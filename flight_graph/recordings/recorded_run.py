@@ -51,10 +51,12 @@ class RecordedRun:
 
     @property
     def signals(self) -> BagSignals:
+        """The messages as a metrics function gets them: topic -> structured array (n,)."""
         return BagSignals(self.bag, self.scenario)
 
     @property
     def is_realtime(self) -> bool:
+        """Whether the run kept the wall clock, so that it cannot be repeated to the bit."""
         return self.pace.startswith("realtime")
 
     @property

@@ -144,6 +144,9 @@ def column_units(topics: list[RecordedTopic]) -> dict[str, str]:
             for quantity in quantities.values():
                 for _ in range(quantity.count):
                     units[f"/{topic.topic}:{path}[{next(labels)}]"] = quantity.unit
+        if topic.formatted is None:
+            units |= {f"/{topic.topic}:{field}[{name}]": unit for field, unit in topic.signal.units.items()
+                      if field in topic.signal.fixed for name in topic.signal.fixed["name"]}
     return units
 
 

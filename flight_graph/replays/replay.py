@@ -70,8 +70,8 @@ def replay(path, component: str, engine: str = "compiled", settings: dict | None
     """Replay one component of a recorded run. Raises FlightError.
 
     settings: parameter -> value, in place of the recorded ones. engine: ``compiled``, ``python`` or ``ros`` (the real
-    node, fed over ROS topics by ``as_node``, see `flight_graph.runs.replay`). progress(seconds simulated) is called now
-    and then. check_bounds: with checked indices.
+    node, fed over ROS topics by ``as_node``, see `flight_graph.runs.replay`). progress(seconds simulated, in all) is
+    called now and then. check_bounds: with checked indices.
     """
     if engine not in ENGINES:
         raise unknown("engine", engine, ENGINES)
@@ -94,14 +94,15 @@ def replay(path, component: str, engine: str = "compiled", settings: dict | None
     if engine == "ros" and run.begin:
         raise FlightError(f"bag '{path}': this run {run.begin.sentence()}; a node is replayed from t = 0 only; replay it "
                           "with --engine compiled")
+    told = progress and (lambda seconds: progress(seconds, end_ns / SECOND))
     with tempfile.TemporaryDirectory(prefix="flight_replay_") as folder:
         folder = Path(folder)
         if engine == "ros":
             again, firings, stopped = as_node(
-                run.bag.path, shortened(scenario, end_ns), component, answers, folder, progress, check_bounds)
+                run.bag.path, shortened(scenario, end_ns), component, answers, folder, told, check_bounds)
         else:
             again, firings, stopped = _in_process(
-                scenario, node, inputs, answers, end_ns, folder / "again", progress, check_bounds, run.first)
+                scenario, node, inputs, answers, end_ns, folder / "again", told, check_bounds, run.first)
         recorded = recorded_until(run, answers, again, end_ns, folder / "recorded")
         result = compare(recorded, again, answers, {} if settings else run.changed, tolerance)
     _explain(result, run, inputs, end_ns, stopped, bool(settings))

@@ -25,6 +25,7 @@ from flight_graph.recordings.comparison import (
 )
 from flight_graph.recordings.recorded_run import RecordedRun, open_recorded, shortened
 from flight_graph.recordings.recording import messages
+from flight_graph.timebase import SECOND
 
 
 def verify(path, engine: str = "compiled", trust: bool = False, tolerance: float = TOLERANCE, progress=None,
@@ -32,26 +33,25 @@ def verify(path, engine: str = "compiled", trust: bool = False, tolerance: float
     """Run a recorded scenario again and compare all recorded topics. Raises FlightError.
 
     engine: ``compiled``, ``python`` or ``ros`` (all nodes, in lockstep, by ``as_nodes``, see `flight_graph.runs.verify`).
-    check_bounds: with checked indices. A run that was interrupted, or recovered after a
-    crash, is compared as far as its bag goes (not in ros). What a realtime run did depended on when its messages
-    arrived: nothing is compared then.
+    check_bounds: with checked indices. progress(seconds simulated, in all) is called now and then. A run that was
+    interrupted, or recovered after a crash, is compared as far as its bag goes (not in ros). What a realtime run did
+    depended on when its messages arrived: nothing is compared then.
     """
     run = open_recorded(path, trust)
     check_engine(run.scenario, engine)
-    if run.scenario.foreign and engine == "ros":
-        raise FlightError(f"{run.bag.path}: {' and '.join(run.scenario.foreign)} stands for a foreign node, which would "
-                          "have to answer again; the compiled engine takes its answers from the bag")
     remarks = [run.changes_sentence()] if run.changed else []
+    told = progress and (lambda seconds: progress(seconds, (run.scenario.duration_ns if run.complete else
+                                                            run.recorded_until_ns) / SECOND))
     if run.is_realtime:
         return Comparison(NOT_COMPARED, "nothing", changed=run.changed, sentences=[
             "not compared: the run was in realtime, so the wall clock decided which message reached whom in time; "
             "record in lockstep to have a run that can be repeated", *remarks])
     remarks = [*(_foreign_sentence(run, name) for name in run.scenario.foreign), *remarks]
     if engine == "ros":
-        result = _as_nodes(run, tolerance, progress, check_bounds, as_nodes)
+        result = _as_nodes(run, tolerance, told, check_bounds, as_nodes)
         result.sentences += remarks
         return result
-    recording, stop = _again(run, progress, compiling, check_bounds)
+    recording, stop = _again(run, told, compiling, check_bounds)
     if recording is None or (stop and not stop.t_ns):
         return Comparison(NOT_COMPARED, "nothing", changed=run.changed, sentences=[
             f"not compared: {stop or 'the bag holds no messages'}", *remarks])

@@ -1,14 +1,15 @@
 """The parts of a report of bags: tables of what ran, what happened and what came of it, and the lines of every topic."""
 
 import hashlib
+from dataclasses import replace
 
 import numpy as np
 from plotly import graph_objects
 
+from flight_graph.bags.series import Line, Series
 from flight_graph.errors import FlightError
 from flight_graph.graphs.metrics import told
 from flight_graph.plots.marks import ACT, END, FAULT, LIMIT, MODE, MOST, SETTING
-from flight_graph.plots.series import Quantity
 from flight_graph.plots.thinning import chosen
 from flight_graph.recordings.what_ran import what_ran
 from flight_graph.reports.page import COLOURS, GREY, Figure, Fold, Table, safe
@@ -124,8 +125,8 @@ def glance(runs) -> list:
                 odd.append(str(error))
                 continue
             if len(t):
-                quantity = Quantity("", trace.name, trace.unit, np.asarray(t), {"": np.asarray(values, float)})
-                found.setdefault((trace.name, trace.unit, trace.meaning), []).append((run, quantity))
+                series = Series("", trace.name, trace.unit, np.asarray(t), (Line("", "", np.asarray(values, float)),))
+                found.setdefault((trace.name, trace.unit, trace.meaning), []).append((run, series))
     return [_figure(f"{name}: {meaning}", unit, shown, runs) for (name, unit, meaning), shown in found.items()] + odd
 
 
@@ -134,20 +135,20 @@ def topic(runs, name: str) -> list:
     having = [run for run in runs if name in run.bag.topics]
     found, constant, left = {}, {}, []
     for run in having:
-        for quantity in run.lines.quantities(name):
-            if quantity.is_constant:
-                constant.setdefault(quantity.label, quantity)
+        for series in run.lines.series(name):
+            if series.is_constant:
+                constant.setdefault(series.label, series)
             else:
-                found.setdefault((quantity.name, quantity.unit), []).append((run, quantity))
+                found.setdefault((series.name, series.unit), []).append((run, series))
     for key in found:
         constant.pop(f"{key[0]} [{key[1]}]" if key[1] else key[0], None)
     parts = []
     for title, unit, shown in _together(found):
         parts.append(_figure(title, unit, shown, runs))
-        left += [f"{title}: the first {MOST_ENTRIES} of {len(quantity.lines)} entries are drawn" for _, quantity in shown
-                 if len(quantity.lines) > MOST_ENTRIES]
+        left += [f"{title}: the first {MOST_ENTRIES} of {len(series.lines)} entries are drawn" for _, series in shown
+                 if len(series.lines) > MOST_ENTRIES]
     if constant:
-        parts.append("Never changes: " + "; ".join(_constant(quantity) for quantity in list(constant.values())[:60]) + ".")
+        parts.append("Never changes: " + "; ".join(_constant(series) for series in list(constant.values())[:60]) + ".")
     parts += dict.fromkeys(left)
     info = next(run.bag.topics[name] for run in having)
     counts = ", ".join(str(run.bag.topics[name].count) for run in having)
@@ -155,10 +156,10 @@ def topic(runs, name: str) -> list:
 
 
 def _together(found):
-    """(title, unit, [(run, quantity)]) of each drawing: single numbers of one unit share one."""
+    """(title, unit, [(run, series)]) of each drawing: single numbers of one unit share one."""
     single = {}
     for (name, unit), shown in found.items():
-        if all(list(quantity.lines) == [""] for _, quantity in shown):
+        if all(not series.lines[0].entry for _, series in shown):
             prefix = name.rpartition(".")[0]
             single.setdefault((prefix, unit), []).append((name, shown))
         else:
@@ -168,34 +169,34 @@ def _together(found):
             block = members[first:first + MOST_LINES]
             merged = {}
             for name, shown in block:
-                for run, quantity in shown:
-                    merged.setdefault(id(run), (run, quantity, {}))[2][name] = quantity.lines[""]
+                for run, series in shown:
+                    merged.setdefault(id(run), (run, series, []))[2].append(replace(series.lines[0], entry=name))
             yield ", ".join(name for name, _ in block), unit, [
-                (run, Quantity(quantity.topic, "", unit, quantity.t, lines)) for run, quantity, lines in merged.values()]
+                (run, replace(series, name="", lines=tuple(lines))) for run, series, lines in merged.values()]
 
 
-def _constant(quantity) -> str:
-    values = [values[0] for values in quantity.lines.values() if len(values)][:MOST_ENTRIES]
-    dots = ", ..." if len(quantity.lines) > MOST_ENTRIES else ""
+def _constant(series) -> str:
+    values = [line.values[0] for line in series.lines if len(line.values)][:MOST_ENTRIES]
+    dots = ", ..." if len(series.lines) > MOST_ENTRIES else ""
     text = ", ".join(f"{value:.6g}" for value in values)
-    return f"{quantity.name} {f'[{text}{dots}]' if len(values) > 1 else text} {quantity.unit}".strip()
+    return f"{series.name} {f'[{text}{dots}]' if len(values) > 1 else text} {series.unit}".strip()
 
 
 def _figure(title, unit, shown, runs) -> Figure:
-    """The lines of quantities over time, of one run or of several, with what happened in them."""
+    """The lines of series over time, of one run or of several, with what happened in them."""
     traces, columns, sources, thinned = [], {}, [], 0
     several = len(runs) > 1
-    for run, quantity in shown:
+    for run, series in shown:
         place = next(place for place, one in enumerate(runs) if one is run)
-        lines = dict(list(quantity.lines.items())[:MOST_ENTRIES])
+        lines = {line.entry: line.values for line in series.lines[:MOST_ENTRIES]}
         rows = chosen(list(lines.values()))
-        thinned = max(thinned, len(quantity.t) if rows is not None else 0)
+        thinned = max(thinned, len(series.t) if rows is not None else 0)
         rows = slice(None) if rows is None else rows
         ending = f", {run.name}" if several else ""
         times = f"t [s]{ending}"
-        columns[times] = _short_floats(quantity.t[rows])
+        columns[times] = _short_floats(series.t[rows])
         for at, (line, values) in enumerate(lines.items()):
-            label = (f"{quantity.name}{line}" or title) + ending
+            label = (f"{series.name}{line}" or title) + ending
             colour = COLOURS[(place if several else at) % len(COLOURS)]
             dash = DASHES[(at if several else at // len(COLOURS)) % len(DASHES)]
             column = f"{label} [{unit}]" if unit else label
@@ -230,7 +231,7 @@ def not_drawn(runs) -> list:
     """Topics whose messages cannot be read, and topics without numbers."""
     rows = [[run.name, name, why] for run in runs for name, why in run.lines.problems.items()]
     empty = dict.fromkeys(name for run in runs for name in run.lines.topics
-                          if name not in run.lines.problems and not run.lines.quantities(name))
+                          if name not in run.lines.problems and not run.lines.series(name))
     parts = [Table("Not read", ["bag", "topic", "why"], rows)] if rows else []
     return parts + ([f"Without numbers of a fixed layout: {', '.join(empty)}."] if empty else [])
 

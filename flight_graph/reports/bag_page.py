@@ -1,6 +1,6 @@
 """The report of bags as a page: what ran, the vehicle in space, all numbers over time, metrics, requirements, claims.
 
-Of several bags the same quantities stand on one axis. What needs a scenario (metrics, names of modes) is left out, and said
+Of several bags the same series stand on one axis. What needs a scenario (metrics, names of modes) is left out, and said
 so, where a bag carries none, or one whose code nobody has agreed to. Text of a bag is data: it is escaped by the page.
 """
 
@@ -12,8 +12,8 @@ from flight_graph.components.foreign import Consent, refuse
 from flight_graph.errors import FlightError
 from flight_graph.graphs import glossary, metrics
 from flight_graph.graphs.scenario import Scenario
+from flight_graph.plots.bag_lines import BagLines
 from flight_graph.plots.marks import Mark, marks
-from flight_graph.plots.series import BagLines
 from flight_graph.recordings.bag_scenario import SCENARIO, read_scenario
 from flight_graph.recordings.recording import BagSignals
 from flight_graph.recordings.what_ran import what_ran

@@ -9,6 +9,9 @@ from plotly.subplots import make_subplots
 from flight_graph.reports.page import COLOURS, GREY, Figure, safe
 
 MOST_BINS = 60
+FINE = 500  # points of a grid in a bin: where there are more, one more or less does not show
+ROUNDING = 1e-12  # of the largest value
+ON_GRID = 0.01  # steps
 MOST_STEPS = 400  # of a distribution function that is drawn
 FADED = 0.6
 
@@ -61,7 +64,11 @@ def band(n: int, confidence: float) -> float:
 
 
 def bins(values: np.ndarray) -> np.ndarray:
-    """Edges of a histogram's bins: those of Freedman and Diaconis, no more than MOST_BINS."""
+    """Edges of a histogram's bins: those of Freedman and Diaconis, no more than MOST_BINS.
+
+    Where the values lie on a grid (times at multiples of a period, counts), each bin holds equally many of its points;
+    otherwise bins with a point more than their neighbours would stand out.
+    """
     if not len(values):
         return np.array([0.0, 1.0])
     least, largest = float(values.min()), float(values.max())
@@ -69,8 +76,38 @@ def bins(values: np.ndarray) -> np.ndarray:
         reach = 0.5 * abs(least) or 0.5
         return np.linspace(least - reach, least + reach, 4)
     width = 2.0 * float(np.subtract(*np.percentile(values, [75, 25]))) / len(values) ** (1.0 / 3.0)
-    count = math.ceil(min((largest - least) / width, MOST_BINS)) if width > 0.0 else MOST_BINS
-    return np.linspace(least, largest, max(count, 1) + 1)
+    count = max(math.ceil(min((largest - least) / width, MOST_BINS)) if width > 0.0 else MOST_BINS, 1)
+    width = (largest - least) / count
+    step = _grid(values, width / FINE)
+    if step is None:
+        return np.linspace(least, largest, count + 1)
+    points = round((largest - least) / step) + 1
+    held = max(round(width / step), -(-points // MOST_BINS), 1)
+    return least + step * (held * np.arange(-(-points // held) + 1) - 0.5)
+
+
+def _grid(values: np.ndarray, least_step: float) -> float | None:
+    """The step of the grid that all values lie on, but for rounding; None where it is smaller than this, or there is none.
+
+    It is the greatest common divisor of the distances of neighbours.
+    """
+    rounding = ROUNDING * float(np.abs(values).max())
+    distances = np.sort(np.diff(np.unique(values)))
+    distances = distances[distances > rounding]
+    step = 0.0
+    for distance in distances[np.diff(distances, prepend=0.0) > rounding].tolist():
+        larger, smaller = distance, step
+        while smaller > rounding:
+            larger, smaller = smaller, abs(larger - smaller * round(larger / smaller))
+        step = larger
+        if step < least_step:
+            return None
+    if not step:
+        return None
+    span = float(np.ptp(values))
+    step = span / round(span / step)
+    places = (values - values.min()) / step
+    return step if (np.abs(places - places.round()) < ON_GRID).all() else None
 
 
 def rates(title: str, rows: list[dict], confidence: float) -> Figure:

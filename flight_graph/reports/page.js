@@ -1,6 +1,11 @@
 // What a page does: draws its figures when they come into view, and gives their numbers away.
 const read = id => JSON.parse(document.getElementById(id).textContent);
-const bytesOf = text => Uint8Array.from(atob(text), letter => letter.charCodeAt(0));
+const bytesOf = text => {
+  if (Uint8Array.fromBase64) return Uint8Array.fromBase64(text);
+  const letters = atob(text), bytes = new Uint8Array(letters.length);
+  for (let i = 0; i < bytes.length; i++) bytes[i] = letters.charCodeAt(i);
+  return bytes;
+};
 const unpacked = values => Array.isArray(values) ? values
   : values.f4 !== undefined ? new Float32Array(bytesOf(values.f4).buffer) : new Float64Array(bytesOf(values.f8).buffer);
 

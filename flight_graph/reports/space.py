@@ -3,7 +3,7 @@
 import numpy as np
 
 from flight_graph.components.foreign import Untrusted
-from flight_graph.plots.series import BagLines
+from flight_graph.plots.bag_lines import BagLines
 from flight_graph.reports.fewer_faces import fewer
 from flight_graph.reports.page import View, packed
 from flight_graph.scenes import rotations
@@ -46,7 +46,8 @@ def view(run: BagLines, trust=False) -> View:
         "box": box, "extent": extent, "base": numbers[base], "axes": ["x east [m]", "y north [m]", "z up [m]"]}
     if not scene.shapes:
         data["meshes"] = [_axes(numbers, moving, extent)]
-    words = [f"{len(stamps)} times; drag turns, the wheel zooms, 'follow' keeps the vehicle in the middle."]
+    words = [] if scene.shapes else ["The bag carries no scenario whose components declare a model; the axes of frames."]
+    words += [f"{len(stamps)} times; drag turns, the wheel zooms, 'follow' keeps the vehicle in the middle."]
     if arrows:
         words.append("Arrows: " + ", ".join(f"{arrow['name']} ({arrow['scale']:g} m per {arrow['unit'] or 'unit'})"
                                             for arrow in arrows) + ".")

@@ -34,6 +34,7 @@ class Evidence:
 
     @property
     def kind(self) -> str:
+        """``run`` or ``campaign``."""
         return "run" if self.showing.run else "campaign"
 
     def plain(self) -> dict:
@@ -53,6 +54,7 @@ class Judged:
 
     @property
     def verdict(self) -> str:
+        """The worst of the evidence: all of it has to hold together."""
         verdicts = {one.verdict for one in self.evidence}
         return next(name for name in (NOT_MET, NOT_SHOWN, MET) if name in verdicts)
 

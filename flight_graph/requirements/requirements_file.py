@@ -69,6 +69,7 @@ class Showing(_Strict):
 
     @property
     def scenario(self) -> str:
+        """The scenario of the run or of the campaign."""
         return (self.run or self.campaign).scenario
 
 

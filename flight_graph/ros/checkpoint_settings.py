@@ -47,10 +47,10 @@ def settings_of(scenario: Scenario, lockstep: bool, file: str = "") -> dict[str,
 
 
 def refuse_realtime(scenario: Scenario, pace: str, begin: Beginning | None, tell=None) -> None:
-    """Refuse to begin at a checkpoint in realtime, or with a foreign node; tell(sentence) where none are kept. Raises
-    FlightError.
+    """Refuse to begin at a checkpoint in realtime, or with a foreign node whose answers are not recorded; tell(sentence)
+    where none are kept. Raises FlightError.
     """
-    if scenario.foreign and begin is not None:
+    if scenario.foreign and begin is not None and not scenario.tapes:
         raise FlightError(f"--from: {' and '.join(scenario.foreign)} stands for a foreign node, whose memory is in no "
                           "checkpoint; --engine compiled goes on with what it said in the bag")
     if pace == "realtime" and begin is not None:

@@ -55,13 +55,16 @@ class NodeMemory:
         """Take this node's part and what its inputs would have, where the run begins at a checkpoint."""
         if self._begin is None:
             return
-        node, arrays = self._node, self._begin.checkpoint.arrays
+        arrays = self._begin.checkpoint.arrays
         self._machine().restore(arrays)
-        name = node.graph_name
         for port, shown in self._shown.items():
-            shown[:] = np.frombuffer(arrays[f"V_{name}.{port}"], "u1")
-        for port, end in node.inputs.items():
-            source = node.settings.sources[port]
+            shown[:] = np.frombuffer(arrays[f"V_{self._node.graph_name}.{port}"], "u1")
+        self.restore_inputs()
+
+    def restore_inputs(self) -> None:
+        """Take what the inputs would have, where the run begins at a checkpoint."""
+        for port, end in self._node.inputs.items() if self._begin else ():
+            arrays, source = self._begin.checkpoint.arrays, self._node.settings.sources[port]
             newest = (self.begin_ns - 1) // source.period_ns * source.period_ns if source.period_ns else -1
             if newest >= 0:
                 self._bytes(end.record)[:] = np.frombuffer(arrays[self._settings.inputs[port]], "u1")

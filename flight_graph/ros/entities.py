@@ -1,80 +1,78 @@
-"""What moves in a run: each component of the truth that publishes a true pose, as an entity with the newest one.
-
-An odometry carries pose and velocities; of a pose alone, velocities are not known (NaN).
+"""What moves in a run: each component of the truth that publishes a true pose, as an entity. Its node is asked where it is,
+and told where to be (`flight_graph.ros.placing`).
 """
 
+import json
 import re
-from dataclasses import dataclass
-from math import nan
 
-from rclpy.serialization import deserialize_message
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import SetParameters
+from std_srvs.srv import Trigger
 
+from flight_graph.components import placement
+from flight_graph.components.names import ros
+from flight_graph.components.namespaces import MAP
 from flight_graph.errors import FlightError
-from flight_graph.ros.ports import LoopOnly, RawSubscription
-from flight_math import Quaternion, Vec3, rotate
-from msg_schemas.qos import Qos, Role
+from flight_graph.graphs import placements
+from flight_graph.ros.asking import Asking
+from flight_graph.ros.placing import MOTION, PLACE
 
-ODOMETRY, POSE = "nav_msgs/msg/Odometry", "geometry_msgs/msg/PoseStamped"
-_NEWEST = Qos(depth=1)
-
-
-@dataclass(frozen=True)
-class Motion:
-    """Where an entity is. header: of the message; pose: geometry_msgs/Pose; linear [m/s], angular [rad/s]: in the frame of
-    the header, None: not known.
-    """
-
-    header: object
-    pose: object
-    linear: tuple | None
-    angular: tuple | None
+_WORLD = "world"  # as other simulators call what does not move
 
 
 class Entities:
-    """The entities of a graph: name -> what it is, and the reader of its pose."""
+    """The entities of a graph. about: name -> what it is; frames: name -> the frame in which its motion is told.
 
-    def __init__(self, node, graph):
-        self.about, self._readers, self._newest, group = {}, {}, {}, LoopOnly()
-        for found in graph.nodes.values():
-            signal = _pose_of(found)
-            if signal is not None:
-                self.about[found.name] = found.component.summary()
-                self._readers[found.name] = RawSubscription(node, signal.topic, signal.type_name, _NEWEST, group)
+    All methods raise FlightError.
+    """
+
+    def __init__(self, graph):
+        self._nodes = {found.name: found for found in graph.nodes.values() if placement.pose_signal(found.component)}
+        self.about = {name: node.component.summary() for name, node in self._nodes.items()}
+        self.frames = {name: placement.frame_of(node.component) for name, node in self._nodes.items()}
+        self._asking = Asking("_simulation_asks")
+
+    def can_be_put(self, name: str) -> bool:
+        """Whether a component says what it means to be put elsewhere."""
+        return self._nodes[name].component.place is not None
 
     def matching(self, expression: str) -> list[str]:
-        """The names in which a regular expression is found; all for an empty one. Raises FlightError."""
+        """The names in which a regular expression is found; all for an empty one."""
         try:
             pattern = re.compile(expression)
         except re.error as error:
             raise FlightError(f"'{expression}' is no regular expression: {error}") from None
         return [name for name in self.about if pattern.search(name)]
 
-    def motion(self, name: str) -> Motion | None:
-        """The newest pose of an entity; None: none has come. Called by one thread at a time."""
-        reader = self._readers[name]
-        while (message := reader.take()) is not None:
-            self._newest[name] = bytes(message)
-        if name not in self._newest:
-            return None
-        message = deserialize_message(self._newest[name], reader.message_type)
-        if reader.type_name == POSE:
-            return Motion(message.header, message.pose, None, None)
-        pose, twist = message.pose.pose, message.twist.twist
-        return Motion(message.header, pose, _turned(pose, twist.linear), _turned(pose, twist.angular))
+    def motion(self, name: str) -> tuple[int, placement.TrueMotion]:
+        """(time [ns], where an entity is then): at its next firing, as it stands now."""
+        answer = self._asking.call(Trigger, MOTION.replace("~", ros(name)), Trigger.Request())
+        if not answer.success:
+            raise FlightError(answer.message)
+        found = json.loads(answer.message)
+        return found.pop("t_ns"), placement.TrueMotion(**found)
 
+    def parse(self, text: str, where: str) -> dict[str, dict]:
+        """What a text puts where (entity -> quantities), in plain form."""
+        found = placements.parse(text, where)
+        if not found:
+            raise FlightError(f"{where}: nothing is put anywhere; write ENTITY.QUANTITY=[NUMBERS]; entities are "
+                              f"{', '.join(self.about) or 'none here'}")
+        return {name: placements.require(self._nodes, name, given, where) for name, given in found.items()}
 
-def _pose_of(node):
-    """The output of a component that says where it truly is; None where there is none."""
-    if node.component.update is None:
-        return None
-    truth = [signal for signal in node.component.outputs.values() if signal.role is Role.TRUTH]
-    return next((signal for wanted in (ODOMETRY, POSE) for signal in truth if signal.type_name == wanted), None)
+    def put(self, name: str, given: dict) -> None:
+        """Put an entity elsewhere before its next firing."""
+        value = ParameterValue(type=ParameterType.PARAMETER_STRING, string_value=json.dumps(given))
+        request = SetParameters.Request(parameters=[Parameter(name=PLACE, value=value)])
+        result = self._asking.call(SetParameters, f"{ros(name)}/set_parameters", request).results[0]
+        if not result.successful:
+            raise FlightError(result.reason)
 
+    def require_frame(self, name: str, frame: str) -> None:
+        """Refuse a frame that is not that of an entity's motion. That of the world (none, world, map) is the same one."""
+        if frame not in ("", _WORLD, MAP, self.frames[name]):
+            raise FlightError(f"the frame '{frame}' is not taken; allowed for {name}: {self.frames[name]}, or none")
 
-def _turned(pose, vector) -> tuple:
-    """A vector in the axes of the body, in those of the frame of its pose."""
-    q = pose.orientation
-    return rotate(Quaternion(q.x, q.y, q.z, q.w), Vec3(vector.x, vector.y, vector.z)).parts()
-
-
-UNKNOWN = (nan, nan, nan)
+    def close(self) -> None:
+        """Nobody is asked any more."""
+        self._asking.close()

@@ -71,6 +71,10 @@ def node_table(scenario: Scenario, pace: str, factor: float, out: str, origin: s
     control = Control(rate=factor if pace == "realtime" else 0.0) if controlled else None
     rows = []
     for name, values in node_parameters(scenario, pace, factor, patience_s(), origin=origin, control=control).items():
+        if control and name == SIMULATION:
+            values = {**values, "resets": True, "out": out}
+        elif control:
+            values = {**values, "graph.again": True}
         if name == RECORDER:
             rows.append({"package": "sim_nodes", "executable": "recorder", "name": name, "namespace": "", "arguments": [],
                          "parameters": {**values, "scenario": origin or scenario.name, "out": out, "graph.linger": False}})

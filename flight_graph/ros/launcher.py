@@ -18,7 +18,7 @@ from flight_graph.extras import install
 from flight_graph.graphs.foreign_nodes import stand_in_of
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.beginning import Beginning
-from flight_graph.ros import checkpoint_settings, shared_memory
+from flight_graph.ros import checkpoint_settings, played, shared_memory
 from flight_graph.ros.domain import Domain
 from flight_graph.ros.installed import is_installed, not_live
 from flight_graph.ros.node_processes import RECORDER, Launch, RosRun
@@ -40,7 +40,8 @@ def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: flo
                     control: Control | None = None) -> dict[str, dict]:
     """node name -> its ROS parameters: those of the component, and its place in the graph. Launch files use it too.
 
-    Foreign nodes have none; in lockstep their stand-ins do.
+    Foreign nodes have none; in lockstep their stand-ins do. Of a recorded run (`Scenario.tapes`) the stand-ins publish what
+    the foreign nodes said, and no foreign node is there.
 
     origin: the name or the file of the scenario, for nodes with faults (by default its name); begin: the file of the
     checkpoint that the run begins at; control: of a run that may be paused.
@@ -52,7 +53,7 @@ def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: flo
                  if lockstep or not node.is_foreign}
     names = [ros_name for name, ros_name in ros_names.items() if name != master] + [RECORDER]
     window_ns = _window(graph, faults.is_live) * min(node.period_ns for node in graph.nodes.values())
-    recorded = set(scenario.recorded())
+    recorded, is_played = set(scenario.recorded()), bool(scenario.tapes)
 
     def is_slotted(name, port):
         return scenario.is_irregular(name, port) and (lockstep or not graph.nodes[name].is_foreign)
@@ -87,18 +88,19 @@ def node_parameters(scenario: Scenario, pace: str, factor: float, timeout_s: flo
             settings["scenario"] = origin or scenario.name
         if _meets_foreign(graph, name):
             settings["match_s"] = _FIRST * timeout_s
-        if name in memories and not node.is_foreign:
+        if name in memories:
             settings["checkpoints"] = memories[name]
         for port in node.component.outputs:
             readers = {consumer.name + "." + target for consumer, target, _ in graph.consumers(name, port)}
             readers |= {f"{other}.when {name}.{port}" for other in graph.nodes if (name, port) in faults.watched(other)}
             settings[f"outputs.{port}.slotted"] = is_slotted(name, port)
             foreign = [consumer.name for consumer, _, _ in graph.consumers(name, port) if consumer.is_foreign]
-            if foreign:
+            if foreign and not is_played:  # where they are played, their stand-ins read in their place
                 settings[f"outputs.{port}.foreign"] = " and ".join(foreign)
                 readers |= {f"{one} {port}" for one in foreign if lockstep}  # its stand-in reads, too
             heard = (name, port) in recorded or is_installed(graph.signal(name, port).type_name)  # the recorder has ears
-            settings[f"outputs.{port}.subscribers"] = len(readers) + heard - len(foreign if node.is_foreign else ())
+            apart = len(foreign) if node.is_foreign and not is_played else 0
+            settings[f"outputs.{port}.subscribers"] = len(readers) + heard - apart
         values = {key: flat(value) for key, value in node.values.items()}
         if node.is_foreign:
             values, settings["scenario"] = {"stands_for": name}, origin or scenario.name
@@ -150,13 +152,13 @@ def run(scenario: Scenario, folder: Path, pace: str = "lockstep", factor: float 
     compile_nodes(scenario.graph.nodes.values(), check_bounds, compiling)
     shared_memory.clean()
     with tempfile.TemporaryDirectory(prefix="flight_") as work, Domain(published(scenario.graph)) as domain:
-        segments, begins = None, partial(_specs, Path(work), pace, timeout_s, check_bounds)
+        segments, begins = None, partial(node_specs, Path(work), pace, timeout_s, check_bounds)
         if controlled:
             segments = Segments(scenario, Path(folder), begin, begins, factor if pace == "realtime" else 0.0)
         specs = segments.specs() if segments else begins(scenario, Path(folder), begin, None, factor)
         if tell and domain.is_own:
             tell(domain.sentence())
-        for sentence in foreign_sentences(scenario, pace, domain.number) if tell else ():
+        for sentence in foreign_sentences(scenario, pace, domain.number) if tell and not scenario.tapes else ():
             tell(sentence)
         if tell and (sentence := not_live(node.component for node in scenario.graph.nodes.values())):
             tell(sentence)
@@ -190,8 +192,9 @@ def foreign_sentences(scenario: Scenario, pace: str, domain: int) -> list[str]:
                 does.append(f"{verb} {', '.join(f'/{one.topic} ({one.type_name})' for one in ports.values())}")
         answers = component.outputs and component.inputs and pace == "lockstep"
         stamp = ", with the stamp of what it answers" if answers else ""
-        found.append(f"{name} is a foreign node, which is waited for: it {' and '.join(does)}{stamp}; start it with "
-                     f"ROS_DOMAIN_ID={domain}")
+        frames = f"; its frames begin with {ros(component.namespace)}/" if component.namespace else ""
+        found.append(f"{name} is a foreign node, which is waited for: it {' and '.join(does)}{stamp}{frames}; start it "
+                     f"with ROS_DOMAIN_ID={domain}")
     return found
 
 
@@ -216,7 +219,9 @@ def compile_nodes(nodes, check_bounds: bool = False, compiling=None) -> None:
     compilation.load({node.use: node.component for node in nodes if not node.is_foreign}, check_bounds, compiling)
 
 
-def _specs(work, pace, timeout_s, check_bounds, scenario, folder, begin, control, factor=None):
+def node_specs(work: Path, pace: str, timeout_s: float, check_bounds: bool, scenario: Scenario, folder: Path,
+               begin: Beginning | None, control: Control | None, factor: float | None = None) -> list[dict]:
+    """What the spawner starts: each node with its parameters, in files in ``work``. For the rest see `node_parameters`."""
     factor = factor or control.rate or 1.0
     start = checkpoint_settings.write(work, begin)
     resolved = work / "scenario.json"
@@ -229,6 +234,8 @@ def _specs(work, pace, timeout_s, check_bounds, scenario, folder, begin, control
                       "begin": start}
         elif name == SIMULATION:
             values = {**values, "begin_ns": begin.checkpoint.t_ns if begin else 0, "resets": True}
+        elif "stands_for" in values and scenario.tapes:
+            values = {**values, "tape": played.write(work / f"{name}.npz", scenario, values["stands_for"])}
         path = work / f"{name}.yaml"
         path.write_text(yaml.safe_dump({f"/**/{ros(name)}": {"ros__parameters": values}}), encoding="utf-8", newline="\n")
         use = scenario.graph.nodes[name].use if name in scenario.graph.nodes else (

@@ -16,6 +16,8 @@ from pathlib import Path
 from flight_graph.ros import shared_memory
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
+AGAIN = ".segment.yaml"  # files of parameters that a process has begun again with
+_again = []
 _SEGMENT = "/dev/shm/fastrtps_"  # mapped as long as the middleware's participant is there
 _LONGEST_S = 0.5  # [s] of waiting for the middleware: a thread of its own may still hold the node
 
@@ -32,8 +34,15 @@ def keep_imports() -> None:
     gc.freeze()
 
 
+def begin_again(parameters: str) -> None:
+    """Let this process run its command again when it leaves, with one more parameter file (named *`AGAIN`)."""
+    _again.append(parameters)
+
+
 def leave(status: int) -> None:
-    """End this process. Where the middleware does not leave in time, another process removes its shared memory."""
+    """End this process, or begin again in it. Where the middleware does not leave in time, another process removes its
+    shared memory.
+    """
     for stream in (sys.stdout, sys.stderr):
         stream.flush()
     deadline = time.monotonic() + _LONGEST_S
@@ -47,7 +56,18 @@ def leave(status: int) -> None:
         subprocess.Popen([sys.executable, "-P", "-E", "-S", shared_memory.__file__, str(os.getpid())],
                          start_new_session=True, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
                          stderr=subprocess.DEVNULL)
+    if _again and not status:
+        _execute(_again[-1])
     os._exit(status)
+
+
+def _execute(parameters):
+    arguments = [text for number, text in enumerate(sys.orig_argv) if not (
+        text.endswith(AGAIN) or sys.orig_argv[number:][1:2] and sys.orig_argv[number + 1].endswith(AGAIN))]
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_DFL)
+    os.closerange(3, os.sysconf("SC_OPEN_MAX"))
+    os.execv(sys.executable, [*arguments, "--params-file", parameters])
 
 
 def _has_middleware() -> bool:

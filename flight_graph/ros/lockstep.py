@@ -18,15 +18,15 @@ def run(node) -> None:
     paced = any(source.period_ns for source in settings.sources.values())
     grid_ns = settings.clock_period_ns
     clock = None if settings.clock_master or (paced and not grid_ns) else ClockInput(node)
-    begin_ns = node.memory.begin_ns
+    begin_ns, end_ns = node.memory.begin_ns, settings.duration_ns
+    t_ns = -(-begin_ns // settings.period_ns) * settings.period_ns
     match(node)
-    node.progress.tell(begin_ns)
+    node.progress.tell(t_ns)  # of a node slower than the clock master it may lie behind the begin
     if settings.clock_master:
         wait_for_nodes(node, begin_ns)
     if not node.memory.is_restored:
         node.call("start", 0)
     began = time.perf_counter()
-    t_ns, end_ns = -(-begin_ns // settings.period_ns) * settings.period_ns, settings.duration_ns
     node.memory.tell(t_ns)
     while not end_ns or t_ns < end_ns:
         node.check_alive()

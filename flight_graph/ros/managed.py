@@ -33,6 +33,7 @@ class ManagedNode(LifecycleNode):
         self.stopping = stopping or threading.Event()
         self._configured, self.active = threading.Event(), threading.Event()
         self._refusal = None  # why the last configuration failed
+        self._is_closing = False
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
         self._thread = threading.Thread(target=self._serve, daemon=True)
@@ -110,6 +111,7 @@ class ManagedNode(LifecycleNode):
 
     def close(self) -> None:
         """End the service thread and the node."""
+        self._is_closing = True
         self._executor.shutdown(timeout_sec=0.5)
         if self._thread.is_alive():
             self._thread.join(timeout=0.5)
@@ -120,3 +122,6 @@ class ManagedNode(LifecycleNode):
             self._executor.spin()
         except ExternalShutdownException:
             pass
+        except AttributeError:  # an executor that is shut down while it looks for work finds parts of itself gone
+            if not self._is_closing:
+                raise

@@ -1,12 +1,16 @@
 """One component as a ROS 2 lifecycle node: ports, parameters, start-up, and the two paces of its loop."""
 
+from contextlib import nullcontext
+
 from rclpy.exceptions import ParameterException
 
+from flight_graph.components.placement import pose_signal
 from flight_graph.engines.single import SingleComponent
 from flight_graph.errors import FlightError, unknown
 from flight_graph.recordings.recording import formatted_payload
 from flight_graph.ros.checkpoint_settings import CheckpointSettings
 from flight_graph.ros.checkpoints import NodeMemory
+from flight_graph.ros.following import Follower
 from flight_graph.ros.installed import is_installed
 from flight_graph.ros.live_faults import CLEAR, INJECT, LiveFaults
 from flight_graph.ros.managed import ManagedNode
@@ -14,6 +18,7 @@ from flight_graph.ros.node_processes import RECORDER
 from flight_graph.ros.pacing import Pacing
 from flight_graph.ros.parameter_changes import ParameterChanges
 from flight_graph.ros.parameters import ComponentParameters
+from flight_graph.ros.placing import Placing
 from flight_graph.ros.ports import InputPort, LoopOnly, OutputPort, RawPublisher
 from flight_graph.ros.progress import Progress, Watch
 from flight_graph.ros.recorder import read_scenario
@@ -35,7 +40,7 @@ class ComponentNode(ManagedNode):
         super().__init__(name.rpartition(".")[2], namespace=component.namespace)
         self.use, self.component, self.announce = use, component, announce
         self.free_parameters = {"use_sim_time"}  # that are no parameters of the component and may be set all the same
-        self.progress = None
+        self.progress = self.placing = None
         self.begin()
 
     def _configure(self):
@@ -76,10 +81,14 @@ class ComponentNode(ManagedNode):
             self.graph_name, self.use, component, self.parameters.record, self.state,
             records, {port: entry.record for port, entry in self.outputs.items()}, self.output_periods,
             self.settings.epoch_ns, self.settings.check_bounds)
-        self._machine = SingleComponent(*self._arguments, self.faults, self._watched)
-        self.memory = NodeMemory(self, CheckpointSettings(**self.settings.checkpoints), lambda: self._machine)
+        self.machine = SingleComponent(*self._arguments, self.faults, self._watched)
+        self.memory = NodeMemory(self, CheckpointSettings(**self.settings.checkpoints), lambda: self.machine)
         self.memory.watch(self.outputs, component.output_rate_hz)
         self.memory.restore()
+        if self.settings.control and pose_signal(component) is not None:
+            self.placing = Placing(self, self._arguments)
+            if self.memory.is_restored:
+                self.placing.came(-(-self.memory.begin_ns // self.settings.period_ns) * self.settings.period_ns)
 
     def _follow_control(self):
         """Where somebody may let the run stand: as who lets it, or as who hears of it."""
@@ -87,6 +96,8 @@ class ComponentNode(ManagedNode):
         self.pacing = Pacing(self, control, [name for name in self.watches if name != RECORDER]) if (
             control and is_master) else None
         self.reports = Reports(self) if control and not is_master else None
+        if control and self.settings.again:
+            Follower(self, self.graph_name, control.segment, self.stopping)
 
     def _make_ports(self, component, group):
         """Outputs first: who finds the inputs, and sends, will have found where the answers come from."""
@@ -137,19 +148,21 @@ class ComponentNode(ManagedNode):
         """Let t = 0 have another stamp: that of the first message, for a node among strangers."""
         for port in self.inputs.values():
             port.count_from(epoch_ns)
-        self._machine.count_from(epoch_ns)
+        self.machine.count_from(epoch_ns)
         self.settings.epoch_ns = epoch_ns
 
     def take_faults(self, faults) -> None:
         """Go on with other faults."""
         self.faults = faults
         machine = SingleComponent(*self._arguments, faults, self._watched)
-        machine.take_over(self._machine)
-        self._machine = machine
+        machine.take_over(self.machine)
+        self.machine = machine
 
     def look(self, t_ns: int) -> None:
-        """Before a firing at t or later: take over what was set, and what was injected."""
+        """Before a firing at t or later: take over what was set, where it was put, and what was injected."""
         self.changes.look(t_ns)
+        if self.placing and (entry := self.placing.look(t_ns)):
+            self.changes.tell(entry)
         if self.live:
             self.live.check(t_ns)
         if self.reports and not self.settings.lockstep and self.reports.new():
@@ -160,7 +173,10 @@ class ComponentNode(ManagedNode):
 
         stamp_ns, span_ns: see `SingleComponent.call`.
         """
-        sentence = self._machine.call(part, t_ns, stamp_ns, span_ns)
+        with self.placing.lock if self.placing else nullcontext():
+            sentence = self.machine.call(part, t_ns, stamp_ns, span_ns)
+            if self.placing and part in ("start", "update"):
+                self.placing.came(t_ns + self.settings.period_ns if part == "update" else t_ns)
         if sentence:
             raise FlightError(sentence)
 
@@ -168,7 +184,7 @@ class ComponentNode(ManagedNode):
         """Publish what is due at t: records, then the messages formatted from them. span_ns: see `call`."""
         for name, port in self.outputs.items():
             if t_ns % self.output_periods[name] < span_ns:
-                count = self._machine.delivered(name)
+                count = self.machine.delivered(name)
                 port.publish(self.settings.epoch_ns + t_ns, count)
                 self.memory.published(name, port.record, count)
                 for made, publisher in self.formatted * count:

@@ -46,8 +46,11 @@ class ParameterChanges:
             self._put_among_events(t_ns, given)
         else:
             self._node.parameters.refresh()
+        self.tell(events.as_entry(self._node.graph_name, t_ns, given))
+
+    def tell(self, entry: dict) -> None:
+        """Tell what has changed, as an entry of a scenario's ``events``."""
         if self._publisher:
-            entry = events.as_entry(self._node.graph_name, t_ns, given)
             self._publisher.publish(text_payload(json.dumps(entry)))
 
     def _put_among_events(self, t_ns, given):

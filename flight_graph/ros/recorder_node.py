@@ -10,7 +10,9 @@ from rcl_interfaces.msg import ParameterDescriptor
 from flight_graph.engines.choice import pace_text
 from flight_graph.errors import FlightError
 from flight_graph.ros import checkpoint_settings, program, recorder
+from flight_graph.ros.following import Follower
 from flight_graph.ros.managed import ManagedNode, Stopped
+from flight_graph.ros.node_processes import RECORDER
 from flight_graph.ros.parameters import declare_once
 from flight_graph.ros.simulation_settings import Control, control_of
 
@@ -51,6 +53,8 @@ class RecorderNode(ManagedNode):
             window_ns=self._get("graph.window_ns", 10**9), timeout_s=self._get("graph.timeout_s", 30.0),
             supervised=self._get("graph.supervised", False),
             linger=self._get("graph.linger", False), control=control_of(self._get("graph.control", "")))
+        self.follower = Follower(self, RECORDER, self.settings.control.segment, self.stopping) if (
+            self._get("graph.again", False) and self.settings.control) else None
 
     def _get(self, name, default):
         return declare_once(self, name, default, ParameterDescriptor())
@@ -67,7 +71,7 @@ class RecorderNode(ManagedNode):
             self.check_alive()
         except Stopped:
             return True
-        return False
+        return bool(self.follower and self.follower.closes)
 
 
 def _live(stopping, announce):
@@ -80,6 +84,8 @@ def _live(stopping, announce):
         if stopping.is_set() and outcome["complete"] != "true":
             announce({"stopped": True})
         announce({"recorded": outcome, "bag": str(node.folder)})
+        if node.follower:
+            node.follower.closed()
         program.linger(node, stopping)
     finally:
         if node is not None:

@@ -30,6 +30,7 @@ def run(bag_path, scenario: Scenario, component: str, answers: list, folder: Pat
     resolved.write_text(json.dumps(scenario.resolved()), encoding="utf-8", newline="\n")
     values = launcher.node_parameters(scenario, "lockstep", 1.0, timeout_s, check_bounds, str(resolved))[component]
     plain = {topic.port for topic in answers if topic.formatted is None}
+    values.pop("graph.checkpoints", None)  # nobody here puts them together
     node, own = scenario.graph.nodes[component], scenario.faults.watched(component)
     values |= {"graph.clock_master": False, "graph.wait_for": [""],
                **{f"graph.outputs.{port}.subscribers": (port in plain) + ((component, port) in own)

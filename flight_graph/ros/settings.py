@@ -61,6 +61,7 @@ class Settings:
     beats_often: bool = False  # realtime: tell how far this node has come at every firing
     joins: bool = False  # realtime: the graph runs already
     control: Control | None = None  # of a run that may be paused
+    again: bool = False  # a launch started it: where the run is taken back, it begins again by itself
     clock_period_ns: int = 0  # of /clock, for a node that does not go ahead of it where the run may stand
     checkpoints: dict = field(default_factory=dict)  # see `flight_graph.ros.checkpoint_settings.CheckpointSettings`
 
@@ -116,6 +117,7 @@ def declare(node, component) -> Settings:
     settings.checkpoints = json.loads(get("checkpoints", "{}", "which checkpoints it tells, and begins at, as JSON"))
     settings.clock_period_ns = int(get("clock_period_ns", 0, "a run that may be paused: period of /clock [ns]"))
     settings.control = control_of(get("control", "", "of a run that may be paused, as JSON"))
+    settings.again = bool(get("again", False, "begin again in the same process, where the run is taken back"))
     settings.scenario = get("scenario", "", "the scenario, where its faults concern this node: a name, or a file")
     settings.match_s = float(get("match_s", settings.timeout_s, "longest wait for others to appear [s of wall time]"))
     for port in component.outputs:

@@ -16,8 +16,8 @@ from flight_graph.timebase import SECOND
 STOPPED, PLAYING, PAUSED, QUITTING = range(4)
 STATES = {STOPPED: "stopped", PLAYING: "playing", PAUSED: "paused", QUITTING: "quitting"}
 UNSUPPORTED, OK, NOT_FOUND, INCORRECT_STATE, FAILED = range(5)
-ALREADY_THERE, INCORRECT_TRANSITION = 101, 103
-_STEP, _RESET, _QUIT = "a step", "a reset", "the end of the run"
+ALREADY_THERE, INCORRECT_TRANSITION, INVALID_POSE = 101, 103, 101
+_STEP, _RESET, _QUIT, _PUT = "a step", "a reset", "the end of the run", "a change of where something is"
 
 
 @dataclass(frozen=True)
@@ -121,6 +121,22 @@ class Simulation:
                 return Answer(FAILED, f"{count} steps: allowed: at least 1")
         with self._exclusively(_STEP) as refused:
             return refused or self._steps(count, each)
+
+    def place(self, name: str, put, is_pose: bool) -> Answer:
+        """Put an entity elsewhere before the next tick: put() does it, or raises FlightError; is_pose: its pose too."""
+        with self._changed:
+            if refused := self._refusal():
+                return refused
+            if (state := self._state()) != PAUSED:
+                return Answer(INCORRECT_STATE, f"the run is {STATES[state]}; things are put elsewhere where it is paused")
+        with self._exclusively(_PUT) as refused:
+            if refused:
+                return refused
+            try:
+                put()
+            except FlightError as error:
+                return Answer(INVALID_POSE if is_pose else FAILED, str(error))
+            return self._answer(f"{name} is put elsewhere")
 
     def reset(self, to_ns: int) -> Answer:
         """Take the run back to a time; it plays on from there if it did."""

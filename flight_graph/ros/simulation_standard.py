@@ -4,26 +4,27 @@ Names are those that other simulators have, in the namespace of the nodes: ``get
 """
 
 import importlib.util
-import threading
+from functools import partial
+from math import nan
 
-from geometry_msgs.msg import Vector3
+from geometry_msgs.msg import Point, Quaternion, Vector3
 from rclpy.action import ActionServer, CancelResponse
 
+from flight_graph.components import placement
 from flight_graph.errors import FlightError
 from flight_graph.ros import simulation as control
-from flight_graph.ros.entities import UNKNOWN
 from flight_graph.ros.simulation import Answer
+from flight_graph.timebase import stamp_parts
 
 PACKAGE = "simulation_interfaces"
 _FEATURES = ("ENTITY_CATEGORIES", "ENTITY_STATE_GETTING", "ENTITY_INFO_GETTING", "SIMULATION_STATE_GETTING",
              "SIMULATION_STATE_SETTING", "SIMULATION_STATE_PAUSE", "STEP_SIMULATION_SINGLE", "STEP_SIMULATION_MULTIPLE",
-             "STEP_SIMULATION_ACTION")
+             "STEP_SIMULATION_ACTION", "ENTITY_STATE_SETTING")
 _TIME, _STATE, _SPAWNED = 1, 2, 4  # scopes of a reset
 _ABOUT = ("docs/simulation_control.md. A step is one firing of the clock master. Time and state are reset together; the "
           "parameter reset_to_s of the node simulation says to which time, its parameter rate how fast the run goes. "
-          "Velocities that are not published are NaN.")
-_NO_SETTING = ("the motion of an entity follows from its equations alone; it begins elsewhere by parameters (flight run "
-               "--set)")
+          "Velocities and accelerations that are not known are NaN; accelerations cannot be set.")
+_UNKNOWN = (nan, nan, nan)
 
 
 def offer(node) -> bool:
@@ -49,7 +50,6 @@ class _Served:
 
     def __init__(self, node):
         self._node, self._run, self._entities = node, node.simulation, node.entities
-        self._lock = threading.Lock()  # of the readers of poses
 
     # -- time ----------------------------------------------------------------------------------------------------
     def get_simulator_features(self, _, response):
@@ -99,10 +99,11 @@ class _Served:
 
     def get_entities_states(self, request, response):
         response.entities, answer = self._filtered(request.filters)
-        found = [self._state(name) for name in response.entities]
-        response.states = [state for state, _ in found]
-        missing = [text for _, text in found if text]
-        return _with(response, Answer(control.FAILED, "; ".join(missing)) if missing else answer)
+        try:
+            response.states = [self._state(name) for name in response.entities]
+        except FlightError as error:
+            response.entities, answer = [], Answer(control.FAILED, str(error))
+        return _with(response, answer)
 
     def get_entity_info(self, request, response):
         if unknown := self._unknown(request.entity):
@@ -114,11 +115,37 @@ class _Served:
     def get_entity_state(self, request, response):
         if unknown := self._unknown(request.entity):
             return _with(response, unknown)
-        response.state, missing = self._state(request.entity)
-        return _with(response, Answer(control.FAILED, missing) if missing else Answer(control.OK, ""))
+        try:
+            response.state = self._state(request.entity)
+        except FlightError as error:
+            return _with(response, Answer(control.FAILED, str(error)))
+        return _with(response, Answer(control.OK, ""))
 
     def set_entity_state(self, request, response):
-        return _with(response, self._unknown(request.entity) or Answer(control.UNSUPPORTED, _NO_SETTING))
+        return _with(response, self._unknown(request.entity) or self._set(request))
+
+    def _set(self, request) -> Answer:
+        """Newer versions of the standard say which half is set, the older one sets both."""
+        name, sets_pose = request.entity, getattr(request, "set_pose", True)
+        if not self._entities.can_be_put(name):
+            return Answer(control.UNSUPPORTED, f"{name} cannot be put elsewhere: its component declares no part 'place'")
+        try:
+            self._entities.require_frame(name, request.state.header.frame_id)
+        except FlightError as error:
+            return Answer(control.UNSUPPORTED, str(error))
+        pose, twist = request.state.pose, request.state.twist
+        halves = [(sets_pose, control.INVALID_POSE, {"position": _numbers(pose.position), "orientation": _numbers(
+            pose.orientation)}), (getattr(request, "set_twist", True), control.FAILED, {
+                "velocity": _numbers(twist.linear), "angular_velocity": _numbers(twist.angular)})]
+        given = {}
+        for is_set, code, half in halves:
+            try:
+                given |= placement.checked(half, name) if is_set else {}
+            except FlightError as error:
+                return Answer(code, str(error))
+        if not given:
+            return Answer(control.UNSUPPORTED, "neither set_pose nor set_twist is true; accelerations follow from forces")
+        return self._run.place(name, partial(self._entities.put, name, given), sets_pose)
 
     def _unknown(self, name):
         if name in self._entities.about:
@@ -139,22 +166,28 @@ class _Served:
         return found if not wanted or EntityCategory.CATEGORY_ROBOT in wanted else [], Answer(control.OK, "")
 
     def _state(self, name):
-        """(the state of an entity, why there is none)."""
+        """The state of an entity. Raises FlightError."""
         from simulation_interfaces.msg import EntityState
-        with self._lock:
-            motion = self._entities.motion(name)
+        t_ns, motion = self._entities.motion(name)
         state = EntityState()
-        if motion is None:
-            return state, f"{name}: no pose has been published yet; the run has to come to its first tick"
-        state.header, state.pose = motion.header, motion.pose
-        state.twist.linear, state.twist.angular = _vector(motion.linear), _vector(motion.angular)
-        state.acceleration.linear, state.acceleration.angular = _vector(None), _vector(None)
-        return state, ""
+        state.header.frame_id = self._entities.frames[name]
+        state.header.stamp.sec, state.header.stamp.nanosec = stamp_parts(self._node.settings.epoch_ns + t_ns)
+        state.pose.position = Point(**dict(zip("xyz", motion.position)))
+        state.pose.orientation = Quaternion(**dict(zip("xyzw", motion.orientation)))
+        state.twist.linear, state.twist.angular = _vector(motion.velocity), _vector(motion.angular_velocity)
+        state.acceleration.linear = _vector(motion.acceleration)
+        state.acceleration.angular = _vector(motion.angular_acceleration)
+        return state
 
 
 def _vector(numbers) -> Vector3:
-    x, y, z = UNKNOWN if numbers is None else numbers
+    x, y, z = numbers or _UNKNOWN
     return Vector3(x=x, y=y, z=z)
+
+
+def _numbers(message) -> list[float]:
+    """The numbers of a point, a vector or a quaternion."""
+    return [getattr(message, name) for name in message.get_fields_and_field_types()]
 
 
 def _with(response, answer: Answer):

@@ -3,7 +3,8 @@
 When the inputs of a firing are there, the foreign node has ``answer_within_s`` of wall time for messages with that stamp.
 The stand-in tells slots (`flight_graph.ros.slots`): one message, or none where none came in time and the scenario lets
 readers hold the last one. So all readers and the recorder come to the same, and the run is run again from its bag. It also
-tells how far the foreign node has come (`flight_graph.ros.progress`), and ends the run when that is late or gone.
+tells how far the foreign node has come (`flight_graph.ros.progress`), and ends the run when that is late or gone. Of a
+recorded run it says the recorded answers itself (`flight_graph.ros.played`).
 """
 
 import threading
@@ -11,14 +12,19 @@ import time
 from functools import partial
 from types import SimpleNamespace
 
+from flight_graph.components.names import ros
 from flight_graph.errors import FlightError
 from flight_graph.graphs.foreign_nodes import stand_in_of
-from flight_graph.ros import lockstep, matching, program, recorder, slots
+from flight_graph.ros import lockstep, matching, played, program, recorder, slots
 from flight_graph.ros.answers import Judge
+from flight_graph.ros.checkpoint_settings import CheckpointSettings
+from flight_graph.ros.checkpoints import NodeMemory
 from flight_graph.ros.clock import ClockInput
 from flight_graph.ros.managed import ManagedNode
+from flight_graph.ros.node_processes import RECORDER
 from flight_graph.ros.parameters import declare_once
 from flight_graph.ros.patience import at_least
+from flight_graph.ros.played import Played
 from flight_graph.ros.ports import InputPort, LoopOnly, RawPublisher, RawSubscription
 from flight_graph.ros.progress import Progress
 from flight_graph.ros.settings import declare
@@ -132,42 +138,54 @@ class StandIn(ManagedNode):
             raise FlightError(f"{self.get_name()}: give it stands_for, a foreign node of graph.scenario")
         graph = recorder.read_scenario(scenario_file).graph
         self.component = graph.nodes[self.stands_for].component
-        own = {stand_in_of(name) if node.is_foreign else name for name, node in graph.nodes.items()}
-        self._known = {_UNKNOWN, self.get_name(), "recorder", *(name.rpartition(".")[2] for name in own)}
+        own = {stand_in_of(name) if node.is_foreign else ros(name) for name, node in graph.nodes.items()} | {RECORDER,
+               self.get_name()}
+        self._known = {f"{self.get_namespace().rstrip('/')}/{name}" for name in own}
         self.settings = declare(self, self.component)
+        tape = declare_once(self, "tape", "", None)
+        self._is_played = bool(tape)
         group, self.outputs, self.watches = LoopOnly(), {}, {}
-        self.memory = self.changes = SimpleNamespace(unmatched=lambda: None)
+        self.changes = SimpleNamespace(unmatched=lambda: None)
         self.inputs = {}
         for port, signal_ in self.component.inputs.items():
             if (source := self.settings.sources[port]).is_connected:
                 self.inputs[port] = InputPort(self, port, signal_, source, self.settings.epoch_ns, group)
-        self.answers = {port: Answers(self, port, signal_, group) for port, signal_ in self.component.outputs.items()}
+        self.memory = NodeMemory(self, CheckpointSettings(**self.settings.checkpoints), None)
+        self.memory.restore_inputs()
+        made = partial(Played, tape=played.read(tape)) if tape else partial(Answers, group=group)
+        self.answers = {port: made(self, port, signal_) for port, signal_ in self.component.outputs.items()}
         self.progress = Progress(self, self.settings)
         self.clock, self.reports = None, Reports(self) if self.settings.control else None
 
     def unmatched(self) -> str:
         """Which of the foreign node's ends are missing, for `matching.match`."""
-        for port in self.inputs.values():
+        for port in self.inputs.values() if not self._is_played else ():
             topic = port.subscription.topic
-            if {info.node_name for info in self.get_subscriptions_info_by_topic(topic)} <= self._known:
+            if not self._strangers(topic):
                 return (f"a subscription of {self.stands_for} to {topic} ({port.signal.type_name}): it is a foreign node, "
                         f"which is started beside this run ({matching.here()})")
         return next(filter(None, (answers.unmatched() for answers in self.answers.values())), "")
 
+    def _strangers(self, topic) -> list[str]:
+        """The nodes that read a topic and are not of this graph."""
+        return [name for info in self.get_subscriptions_info_by_topic(topic) if info.node_name != _UNKNOWN
+                and (name := f"{info.node_namespace.rstrip('/')}/{info.node_name}") not in self._known]
+
     def run(self) -> None:
         """Stand in from the start of the run to its end. Raises FlightError, Stopped."""
-        settings = self.settings
+        settings, begin_ns = self.settings, self.memory.begin_ns
+        period_ns = settings.period_ns
         clock = None if any(source.period_ns for source in settings.sources.values()) else ClockInput(self)
         matching.match(self, self.unmatched)
-        self.progress.tell(0)
-        for t_ns in range(0, settings.duration_ns, settings.period_ns):
+        self.progress.tell(begin_ns)
+        for t_ns in range(-(-begin_ns // period_ns) * period_ns, settings.duration_ns, period_ns):
             self.check_alive()
             if clock:
                 clock.wait_until(t_ns, self)
             lockstep.join(self, t_ns)
             for answers in self.answers.values():
                 answers.wait_for(t_ns)
-            self.progress.tell(t_ns + settings.period_ns)
+            self.progress.tell(t_ns + period_ns)
         self.progress.tell(settings.duration_ns, now=True)
 
     def summary(self) -> dict:

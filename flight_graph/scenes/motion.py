@@ -60,7 +60,8 @@ def tracks(scene: Scene, bag: Bag) -> dict[str, Track]:
 def poses_at(scene: Scene, found: dict[str, Track], stamps_ns, seen_in: str = MAP) -> dict[str, tuple]:
     """Frame -> (position (n, 3) [m], orientation (n, 4) x, y, z, w) in the axes of ``seen_in``, at stamps (n,) [ns].
 
-    found: as of `tracks`; frames that hang below one that is not in it are left out.
+    found: as of `tracks`; frames that hang below one that is not in it are left out. Raises BagError where
+    ``seen_in`` has no place.
     """
     count = len(stamps_ns)
     placed = {MAP: (np.zeros((count, 3)), np.tile([0.0, 0.0, 0.0, 1.0], (count, 1)))}

@@ -53,6 +53,7 @@ class Frame:
 
     @property
     def is_fixed(self) -> bool:
+        """Whether it stands still in its parent: a pose, and no joint."""
         return self.pose is not None and self.joint is None
 
 

@@ -22,10 +22,12 @@ class Rate:
 
     @property
     def value(self) -> float:
+        """Successes over runs [1]; NaN of no runs."""
         return self.successes / self.runs if self.runs else float("nan")
 
     @property
     def half_width(self) -> float:
+        """Half of the interval [1]."""
         return 0.5 * (self.high - self.low)
 
 

@@ -9,6 +9,7 @@ from numba import config
 
 from flight_graph import yaml_text
 from flight_graph.errors import FlightError, unknown
+from flight_graph.graphs import placements
 from flight_graph.recordings.recorded_run import open_recorded
 from flight_graph.stepping import fields
 from flight_graph.stepping.difference import first_difference
@@ -125,6 +126,13 @@ class Debugger:
         self.run = self.run.branch(settings)
         for note in self.run.notes:
             self._say(f"warning: {note}")
+
+    def do_place(self, rest: str) -> None:
+        """place COMPONENT.QUANTITY=[NUMBERS]; ...: go on from this tick with something put elsewhere"""
+        found = placements.parse(rest, "place")
+        if not found:
+            raise FlightError(f"place what? {self.commands()['place']}")
+        self.run = self.run.branch(place=found)
 
     def do_pdb(self, rest: str) -> None:
         """pdb: the next firing in Python's debugger, inside of its kernel (with --engine python); its q takes it back"""

@@ -82,8 +82,8 @@ def _earliest(run, tracks, recorded, begin_ns, end_ns) -> Difference | None:
 
 def _first_of(run, track, stamps, records) -> Difference | None:
     base_ns, common = run.scenario.graph.base_ns, min(len(stamps), len(track.stamps_ns))
-    own = np.ascontiguousarray(track.records[:common]).view("u1").reshape(common, -1)
-    theirs = np.ascontiguousarray(records[:common]).view("u1").reshape(common, -1)
+    own, theirs = (np.ascontiguousarray(one[:common]).view("u1").reshape(common, track.signal.dtype.itemsize)
+                   for one in (track.records, records))
     wrong = np.flatnonzero((own != theirs).any(axis=1) | (stamps[:common] != track.stamps_ns[:common]))
     for row in wrong:
         t_ns = int(min(stamps[row], track.stamps_ns[row]))

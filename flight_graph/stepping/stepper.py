@@ -21,6 +21,7 @@ from flight_graph.engines.compiled import CompiledRun
 from flight_graph.engines.stepped import SteppedFlight
 from flight_graph.errors import FlightError, unknown
 from flight_graph.faults.conditions import condition
+from flight_graph.graphs import placements
 from flight_graph.graphs import scenario as scenarios
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings import beginning, continuation
@@ -78,9 +79,16 @@ class Stepper:
                 source, seconds = scenarios.load(str(source), settings), None
         self._open(source, begin, check_bounds)
         if seconds is not None:
-            self.until(seconds)
+            self._begin_at(seconds)
         if self.recorded and settings:
             self._become(self.branch(settings))
+
+    def _begin_at(self, seconds: float):
+        tick, run = continuation.tick_at(seconds, self.scenario.graph.base_ns, f"@{seconds:g}"), self.scenario
+        if not self.first_tick <= tick <= run.ticks:
+            raise FlightError(f"there is no t = {seconds:.9g} s in this bag: the run goes from "
+                              f"{self.first_tick * run.graph.base_ns / SECOND:.9g} to {run.duration_ns / SECOND:.9g} s")
+        self.until(tick=tick)
 
     def _open(self, scenario: Scenario, begin: Checkpoint | None, check_bounds: bool):
         self.scenario, self._check_bounds = scenario, check_bounds
@@ -263,13 +271,20 @@ class Stepper:
         return self.flight.checkpoint()
 
     # -- elsewhere -------------------------------------------------------------------------------------------------
-    def branch(self, set: dict | None = None) -> "Stepper":  # noqa: A002 (as a person says it)
-        """Another run that begins at this tick, with something set: ``component.parameter`` -> value.
+    def branch(self, set: dict | None = None, place: dict | None = None) -> "Stepper":  # noqa: A002 (as a person says it)
+        """Another run that begins at this tick, with something set, ``component.parameter`` -> value, or put elsewhere,
+        component -> quantities, see `flight_graph.components.placement`: ``place={"plant": {"velocity": [0.1, 0, 0]}}``.
 
         ``notes`` of it say what of that acted at the start only. Within a tick it begins before the tick.
         """
         memory = self.memory_of_tick()
-        made = continuation.branch(self.scenario, memory, "the run that was stepped", set or {}, None)
+        settings = dict(set or {})
+        if place:
+            nodes = self.scenario.graph.nodes
+            given = {name: placements.require(nodes, name, found, "place") for name, found in place.items()}
+            settings["events"] = [*(self.scenario.resolved().get("events") or []),
+                                  {"at_s": memory.t_ns / SECOND, "place": given}]
+        made = continuation.branch(self.scenario, memory, "the run that was stepped", settings, None)
         other = object.__new__(Stepper)
         other.recorded, other.progress, other.notes = None, self.progress, made.warnings
         other._open(made.scenario, made.begin.checkpoint, self._check_bounds)

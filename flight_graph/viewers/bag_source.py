@@ -3,8 +3,9 @@
 import numpy as np
 
 from flight_graph.bags.reader import Bag
-from flight_graph.viewers.messages import Message, Stream, named, streams_of
+from flight_graph.viewers.messages import Message, Stream, named_series, streams_of
 from flight_graph.viewers.source import Source
+from flight_graph.viewers.typed_topics import TypedTopic
 
 
 class BagSource(Source):
@@ -16,7 +17,7 @@ class BagSource(Source):
         self.name, self.begin_ns, self.end_ns = str(bag.path), bag.start_ns, bag.end_ns
         self.streams: list[Stream] = streams_of(bag)
         self.units = bag.metadata.get("units", {})
-        self.quantities = named(bag)
+        self.typed = list(map(TypedTopic.of, named_series(bag)))
         names, owners, stamps = bag.write_order()
         self._payloads = [bag.payloads(name) for name in names]
         places = np.zeros(len(owners), np.int64)  # of each message among those of its topic

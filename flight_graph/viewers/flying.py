@@ -8,6 +8,7 @@ import threading
 
 import numpy as np
 
+from flight_graph.bags.series import NAMED, series_of_signal
 from flight_graph.components.entries import flat
 from flight_graph.engines.checkpoint import Checkpoint, is_kept
 from flight_graph.engines.compiled import CompiledRun, Recording, Track
@@ -20,8 +21,8 @@ from flight_graph.recordings.bag_scenario import INJECTED_FAULTS, SET_PARAMETERS
 from flight_graph.recordings.recording import column_units, messages, recorded_topics, write_recording
 from flight_graph.timebase import SECOND
 from flight_graph.viewers.messages import Message, Stream
-from flight_graph.viewers.quantities import of_signal
 from flight_graph.viewers.source import Source
+from flight_graph.viewers.typed_topics import TypedTopic
 from msg_schemas.definitions import definition
 
 
@@ -38,8 +39,8 @@ class FlyingSource(Source):
         self.streams = [Stream(f"/{topic.topic}", topic.type_name, definition(topic.type_name).text,
                                latched=topic.role.qos.transient_local) for topic in self._topics]
         self.units = column_units(self._topics)
-        self.quantities = [quantity for topic in self._topics if topic.formatted is None
-                           for quantity in of_signal(f"/{topic.topic}", topic.signal, self.units)]
+        self.typed = [TypedTopic.of(one) for topic in self._topics if topic.formatted is None and topic.type_name == NAMED
+                      for one in series_of_signal(f"/{topic.topic}", topic.signal, self.units)]
         self.begin_ns, self.end_ns = scenario.epoch_ns, scenario.epoch_ns + scenario.duration_ns
         self._changes, self._set = {}, []
         self._injections = Injections(scenario.live_ids)

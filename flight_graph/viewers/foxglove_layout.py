@@ -3,15 +3,13 @@
 import json
 
 from flight_graph.viewers.overview import Plot
-from flight_graph.viewers.vehicle import Vehicle
-
-_MARKERS, _MODEL = "/scene", "/robot_description"
+from flight_graph.viewers.vehicle import MARKERS, MODEL, Vehicle
 
 
 def foxglove_layout(vehicle: Vehicle) -> str:
     """The layout as JSON."""
     panels = {"3D!picture": _picture(vehicle),
-              "Parameters!parameters": {"foxglovePanelTitle": "parameters, to be set while it flies"}}
+              "Parameters!parameters": _titled("parameters, to be set while it flies")}
     beside = _named(panels, "overview", vehicle.overview)
     first = {"direction": "row", "first": "3D!picture", "second": _column(beside), "splitPercentage": 60} if (
         beside) else "3D!picture"
@@ -27,13 +25,26 @@ def foxglove_layout(vehicle: Vehicle) -> str:
 def _picture(vehicle):
     extent = vehicle.extent
     grid = {"layerId": "foxglove.Grid", "instanceId": "grid", "visible": True, "size": 2 * extent, "divisions": 20}
-    return {"foxglovePanelTitle": vehicle.name, "followMode": "follow-pose", "followTf": vehicle.still_frame,
-            "layers": {"grid": grid}, "transforms": {}, "imageMode": {}, "publish": {},
-            "topics": {_MODEL: {"visible": True}, _MARKERS: {"visible": True}},
+    return {**_titled(vehicle.name), "followMode": "follow-pose", "followTf": vehicle.still_frame,
+            "layers": {"grid": grid, **_models(vehicle)}, "transforms": {}, "imageMode": {}, "publish": {},
+            "topics": {f"{'/' * bool(namespace)}{namespace}/{topic}": {"visible": True} for namespace in vehicle.namespaces
+                       for topic in (MODEL, MARKERS)},
             "scene": {"transforms": {"axisScale": 0.2 * extent, "labelSize": 0.03 * extent}},
             "cameraState": {"perspective": True, "distance": 2.2 * extent, "phi": 62, "thetaOffset": 35,
                             "target": [0, 0, 0], "targetOffset": [0, 0, 0], "targetOrientation": [0, 0, 0, 1],
                             "fovy": 45, "near": 0.001 * extent, "far": 1000 * extent}}
+
+
+def _models(vehicle) -> dict:
+    """Layers for the models of namespaces: links have the names of frames without it."""
+    return {namespace: {"layerId": "foxglove.Urdf", "instanceId": namespace, "label": namespace, "visible": True,
+                        "sourceType": "topic", "topic": f"/{namespace}/{MODEL}", "framePrefix": f"{namespace}/",
+                        "displayMode": "visual"} for namespace in vehicle.namespaces if namespace}
+
+
+def _titled(title: str) -> dict:
+    """The title of a panel: each of the two has a key of its own."""
+    return {"foxglovePanelTitle": title, "lichtblickPanelTitle": title}
 
 
 def _named(panels, prefix, plots: list[Plot]) -> list[str]:
@@ -41,10 +52,10 @@ def _named(panels, prefix, plots: list[Plot]) -> list[str]:
     found = []
     for number, plot in enumerate(plots):
         found.append(f"Plot!{prefix}{number}")
-        paths = [{"value": f"{one.topic}.{line.path}", "label": line.label, "enabled": True,
-                  "timestampMethod": "receiveTime"} for one in plot.series for line in one.lines]
+        paths = [{"value": f"{one.topic}.{line.path}", "label": label, "enabled": True,
+                  "timestampMethod": "receiveTime"} for one in plot.series for line, label in zip(one.lines, one.labels)]
         panels[found[-1]] = {
-            "foxglovePanelTitle": plot.full_title, "paths": paths,
+            **_titled(plot.full_title), "paths": paths,
             "showXAxisLabels": True, "showYAxisLabels": True, "showLegend": True,
             "legendDisplay": "left", "showPlotValuesInLegend": False, "isSynced": True, "xAxisVal": "timestamp"}
     return found

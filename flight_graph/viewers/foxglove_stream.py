@@ -12,11 +12,12 @@ import time
 import numpy as np
 
 from flight_graph import yaml_text
+from flight_graph.bags.series import NAMED
 from flight_graph.errors import FlightError
 from flight_graph.extras import required
 from flight_graph.timebase import SECOND
-from flight_graph.viewers.messages import Message, in_memory, named
-from flight_graph.viewers.quantities import TYPE
+from flight_graph.viewers.messages import Message, in_memory, named_series
+from flight_graph.viewers.typed_topics import TypedTopic
 
 SPEED, INJECT, CLEAR, INJECTED = "playback.speed", "faults.inject", "faults.clear", "faults.injected"
 BACKLOG = 1 << 16  # messages that wait for a slow viewer
@@ -59,15 +60,14 @@ class FoxgloveStream:
 
     # -- channels --------------------------------------------------------------------------------------------------
     def _announce(self):
-        """Make the channels of streams and quantities that are new."""
+        """Make the channels of streams and typed topics that are new."""
         for stream in self._source.streams[len(self._channels):]:
             self._channels.append(self._channel(stream.topic, stream.encoding, stream.type_name, stream.definition,
                                                 stream.definition_encoding))
         taken = {stream.topic for stream in self._source.streams}
-        for quantity in self._source.quantities:
-            if quantity not in self._named and quantity.own_topic not in taken:
-                self._named[quantity] = self._channel(
-                    quantity.own_topic, "cdr", quantity.type_name, quantity.definition, "ros2msg")
+        for topic in self._source.typed:
+            if topic not in self._named and topic.own_topic not in taken:
+                self._named[topic] = self._channel(topic.own_topic, "cdr", topic.type_name, topic.definition, "ros2msg")
 
     def _channel(self, topic, encoding, type_name, definition, definition_encoding):
         schema = self._sdk.Schema(name=type_name, encoding=definition_encoding, data=definition.encode()) if (
@@ -139,28 +139,21 @@ class FoxgloveStream:
         with self._lock:
             self._latest.update((self._source.streams[message.number].topic, message) for message in messages
                                 if self._source.streams[message.number].latched)
-        numbers = {message.number for message in messages if self._source.streams[message.number].type_name == TYPE}
+        numbers = {message.number for message in messages if self._source.streams[message.number].type_name == NAMED}
         if numbers:
             bag = in_memory(self._source.streams, [message for message in messages if message.number in numbers],
                             self._source.units)
-            if new := [quantity for quantity in named(bag) if quantity not in self._source.quantities]:
-                self._source.quantities += new
+            found = {TypedTopic.of(series): series for series in named_series(bag)}
+            if new := [topic for topic in found if topic not in self._source.typed]:
+                self._source.typed += new
                 self._announce()
-            for quantity, channel in self._named.items():
-                if quantity.topic in bag and bag.topic(quantity.topic).count and channel.has_sinks():
-                    rows += self._rows(bag, quantity, channel)
+            for topic, series in found.items():
+                if topic in self._named and self._named[topic].has_sinks():
+                    payloads = topic.payloads(bag.stamps_ns(topic.topic), series.values)
+                    rows += [(stamp, 1, self._named[topic], payload.tobytes())
+                             for stamp, payload in zip(bag.stamps_ns(topic.topic).tolist(), payloads)]
         for stamp, _, channel, payload in sorted(rows, key=lambda row: row[:2]):
             channel.log(payload, log_time=stamp)
-
-    @staticmethod
-    def _rows(bag, quantity, channel):
-        try:
-            records = bag[quantity.topic]
-            stamps = np.asarray(bag.stamps_ns(quantity.topic))
-            return [(stamp, 1, channel, payload.tobytes())
-                    for stamp, payload in zip(stamps.tolist(), quantity.payloads(stamps, records))]
-        except (FlightError, ValueError, IndexError):  # of another length or damaged: the message itself goes on as it is
-            return []
 
     def close(self) -> None:
         """End the service."""

@@ -17,7 +17,8 @@ def show(source: Source, stream: RerunStream, factor: float, stop: threading.Eve
     progress(seconds simulated) is called now and then.
     """
     began, now_ns = time.monotonic(), source.begin_ns
-    while not stop.is_set():
+    while True:
+        is_last = stop.is_set()  # what came before is still shown
         if source.end_ns is not None:
             now_ns = min(source.end_ns, source.begin_ns + round((time.monotonic() - began) * factor * SECOND))
         messages = source.take(now_ns)
@@ -26,6 +27,6 @@ def show(source: Source, stream: RerunStream, factor: float, stop: threading.Eve
             now_ns = max(now_ns, messages[-1].stamp_ns)
         if progress:
             progress((now_ns - source.begin_ns) / SECOND)
-        if source.is_over:
+        if source.is_over or is_last:
             return
         stop.wait(PERIOD_S)

@@ -13,8 +13,8 @@ from flight_graph.bags.errors import BagError
 from flight_graph.bags.export import UNITS_RECORD
 from flight_graph.bags.packed_messages import tables_of
 from flight_graph.bags.reader import Bag
+from flight_graph.bags.series import NAMED, Series, series_of_bag
 from flight_graph.bags.verify import McapContents
-from flight_graph.viewers.quantities import TYPE, Quantity, of_records
 
 _RECORD = struct.Struct("<BQHIQQ")
 LATCHED = ("/tf_static", "/robot_description")  # also where a bag says nothing of quality of service
@@ -70,13 +70,13 @@ def in_memory(streams: list[Stream], messages: list[Message], units: dict[str, s
     return Bag(Path("the messages"), [contents])
 
 
-def named(bag: Bag) -> list[Quantity]:
-    """The quantities of all topics of named numbers in a bag whose messages share their names."""
-    units, found = bag.metadata.get(UNITS_RECORD, {}), []
+def named_series(bag: Bag) -> list[Series]:
+    """The series of all topics of named numbers in a bag, t [s] since its first message."""
+    found = []
     for topic, info in bag.topics.items():
-        if info.type_name == TYPE and info.count and not info.problem:
+        if info.type_name == NAMED and info.count and not info.problem:
             try:
-                found += of_records(topic, bag[topic].dtype, bag.constants(topic).get("name"), units)
+                found += [one for one in series_of_bag(bag, topic, bag.start_ns) if one.lines[0].own]
             except BagError:  # a damaged message hides the names of its topic, no other
                 continue
     return found

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from importlib import resources
 
 from flight_graph import yaml_text
+from flight_graph.bags.series import Series
 from flight_graph.components import registry
 from flight_graph.errors import FlightError
-from flight_graph.viewers.series import MOST_LINES, Series
+from flight_graph.viewers.opening import MOST_LINES
 
 FILE = "plots.yaml"
 MOST_PLOTS = 6  # beside the picture
@@ -42,7 +43,7 @@ def overview(series: list[Series]) -> list[Plot]:
         first = {}
         for one in series:
             first.setdefault(one.topic, one)
-        found = [Plot(one.title, (one,)) for one in first.values()]
+        found = [Plot(f"{one.topic}  {one.name}", (one,)) for one in first.values()]
     return found[:MOST_PLOTS]
 
 

@@ -32,6 +32,13 @@ def _tab(widget, title, plots: list[Plot]):
         drawn = ElementTree.SubElement(area, "plot", mode="TimeSeries", style="Lines", flip_x="false", flip_y="false",
                                        line_width="1.5")
         ElementTree.SubElement(drawn, "limitY")
-        curves = [line.curve for one in plot.series for line in one.lines]
+        curves = [_curve(one.topic, line) for one in plot.series for line in one.lines]
         for number, curve in enumerate(curves):
             ElementTree.SubElement(drawn, "curve", name=curve, color=_COLOURS[number % len(_COLOURS)])
+
+
+def _curve(topic, line) -> str:
+    """What PlotJuggler calls a number: it knows the names in a message, and puts them before the field."""
+    if line.own:
+        return f"{topic}/{line.own}/{line.path.partition('[')[0]}"
+    return f"{topic}/{line.path.replace('.', '/')}"

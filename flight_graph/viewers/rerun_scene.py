@@ -6,6 +6,7 @@ from flight_graph.scenes import motion, rotations
 from flight_graph.scenes.scene import MAP, Box, Cone, Cylinder, Mesh, Scene, Sphere
 
 ROOT = "scene"
+_AXES = 0.3  # length of a frame's axes, of the extent
 _CIRCLE = 24  # corners of a circle
 _MOST_EDGES = 20_000  # of a mesh that is drawn as a net
 
@@ -22,7 +23,10 @@ def joined(parts: list[str]) -> str:
 
 
 def log_shapes(rerun, recording, scene: Scene, at_start) -> None:
-    """Everything of a scene that stands still in its frame, and joints at zero. at_start: the time columns of the start."""
+    """Everything of a scene that stands still in its frame, and joints at zero; of one without shapes the axes of frames.
+
+    at_start: the time columns of the start.
+    """
     recording.log([ROOT], rerun.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     for frame in scene.frames:
         if frame.is_fixed:
@@ -31,6 +35,8 @@ def log_shapes(rerun, recording, scene: Scene, at_start) -> None:
         elif frame.pose is not None:
             recording.send_columns(joined(path_of(scene, frame.name)), at_start, rerun.Transform3D.columns(
                 translation=[frame.pose.position], quaternion=[frame.pose.orientation]))
+    for frame in () if scene.shapes else scene.frames:
+        recording.log(path_of(scene, frame.name), rerun.TransformAxes3D(_AXES * scene.extent), static=True)
     for shape in scene.shapes:
         entity = [*path_of(scene, shape.frame), shape.name]
         recording.log(entity, rerun.Transform3D(

@@ -1,8 +1,6 @@
 """Runs in Rerun: a moving 3-D picture with plots beside it, in its window, in a browser, or as an ``.rrd`` file."""
 
 import contextlib
-import os
-import sys
 import tempfile
 from pathlib import Path
 
@@ -10,21 +8,24 @@ import numpy as np
 
 from flight_graph.bags.errors import BagError
 from flight_graph.bags.reader import Bag
+from flight_graph.bags.series import Series
 from flight_graph.errors import FlightError
 from flight_graph.extras import required
 from flight_graph.scenes import motion
 from flight_graph.scenes.scene import Scene
 from flight_graph.timebase import SECOND
 from flight_graph.viewers import rerun_scene
-from flight_graph.viewers.series import Series, all_series
+from flight_graph.viewers.display import refuse_without_display
+from flight_graph.viewers.opening import all_series
 from flight_graph.viewers.vehicle import Vehicle
 
 TIMELINE = "time"  # seconds since the first message
 PLOTS = "plots"
 MOST_POINTS = 20_000  # of a series, and poses of a frame
+MARGIN = 0.05  # of a plot's height, above and below its lines
 _FROM = (1.1, -1.6, 0.9)  # where the eye is, in extents of the scene
 _COLOURS = [(31, 119, 180), (214, 39, 40), (44, 160, 44), (148, 103, 189), (255, 127, 14), (23, 190, 207), (140, 86, 75),
-            (227, 119, 194), (127, 127, 127), (188, 189, 34), (0, 0, 128), (0, 100, 0)]  # of the lines of a series
+            (227, 119, 194), (127, 127, 127), (188, 189, 34), (0, 0, 128), (0, 100, 0)]  # of the lines of a topic
 
 
 class RerunStream:
@@ -36,13 +37,19 @@ class RerunStream:
     def __init__(self, name: str, scene: Scene | None, begin_ns: int, most_points: int = MOST_POINTS,
                  command: str = "flight view"):
         self._rerun, self._command = required("rerun", "view", command), command
-        self.name, self.scene, self.notes = name, scene, []
-        self._begin_ns, self._most, self._is_thinned, self._titled = begin_ns, most_points, False, set()
+        self.name, self.scene, self._said, self._still = name, scene, [], ""
+        self._begin_ns, self._most, self._is_thinned = begin_ns, most_points, False
+        self._titled, self._lines = set(), {}
         self._recording = self._rerun.RecordingStream(application(scene), send_properties=False)
         self._recording.send_recording_name(name)
-        self._moving = None
+        self._moving, self._has_moved = None, False
         if scene is not None:
             self._moving = rerun_scene.MovingScene(self._rerun, self._recording, scene, self._time, self._thinned)
+
+    @property
+    def notes(self) -> list[str]:
+        """Sentences of what a person should know, each once."""
+        return [*dict.fromkeys(self._said), *([self._still] if self._still and not self._has_moved else [])]
 
     # -- where it goes ---------------------------------------------------------------------------------------------
     def save(self, path) -> None:
@@ -80,7 +87,7 @@ class RerunStream:
 
     def show(self, bag: Bag) -> None:
         """A whole bag, with its arrangement."""
-        found = all_series(bag)
+        found = all_series(bag, self._begin_ns)
         self.begin(found[0], self._target(bag, Vehicle.of(self.name, self.scene, []).still_frame))
         self._log(bag, *found)
 
@@ -97,31 +104,35 @@ class RerunStream:
 
     def add(self, bag: Bag) -> None:
         """Log all that a bag holds. What cannot be read or drawn is said in ``notes``."""
-        self._log(bag, *all_series(bag))
+        self._log(bag, *all_series(bag, self._begin_ns))
 
     def _log(self, bag, series, problems):
-        self.notes += [f"not shown: {sentence}" for sentence in problems.values()]
+        self._said += [f"not shown: {sentence}" for sentence in problems.values()]
         if self._moving is not None:
             try:
                 self._moving.add(bag)
+                self._has_moved = True
             except BagError as error:
-                self.notes.append(f"nothing moves in the picture: {error}")
+                self._still = self._still or f"nothing moves in the picture: {error}"
         for one in series:
-            self._plot(bag, one)
+            self._plot(one)
 
-    def _plot(self, bag, one):
-        entity, stamps = entity_of(one), bag.stamps_ns(one.topic)
+    def _plot(self, one):
+        entity = entity_of(one)
         if entity not in self._titled:
-            first = 0 if len(one.lines) > 1 else len(self._titled) % len(_COLOURS)  # single lines share plots
             self._titled.add(entity)
-            self._recording.log(entity, self._rerun.SeriesLines(
-                names=[line.label for line in one.lines], colors=_COLOURS[first:first + len(one.lines)]), static=True)
-        rows = self._thinned(stamps)
+            before = self._lines.get(one.topic, 0)  # of its topic, whose series share plots
+            self._lines[one.topic] = before + len(one.lines)
+            colours = [_COLOURS[(before + place) % len(_COLOURS)] for place in range(len(one.lines))]
+            self._recording.log(entity, self._rerun.SeriesLines(names=one.labels, colors=colours), static=True)
+        rows = self._thinned(one.t)
         scalars = self._rerun.Scalars.columns(scalars=one.values[rows].reshape(-1))
-        self._recording.send_columns(entity, self._time(stamps[rows]), scalars.partition([len(one.lines)] * len(rows)))
+        self._recording.send_columns(entity, self._at(one.t[rows]), scalars.partition([len(one.lines)] * len(rows)))
 
     def _time(self, stamps_ns):
-        seconds = (np.asarray(stamps_ns, np.int64) - self._begin_ns) / SECOND
+        return self._at((np.asarray(stamps_ns, np.int64) - self._begin_ns) / SECOND)
+
+    def _at(self, seconds):
         return [self._rerun.TimeColumn(TIMELINE, duration=seconds)]
 
     def _thinned(self, stamps_ns) -> np.ndarray:
@@ -130,7 +141,7 @@ class RerunStream:
         step = max(1, -(-count // self._most))
         if step > 1 and not self._is_thinned:
             self._is_thinned = True
-            self.notes.append(f"thinned: of topics with more than {self._most} messages, every k-th is shown "
+            self._said.append(f"thinned: of topics with more than {self._most} messages, every k-th is shown "
                               "(--points says how many)")
         rows = np.arange(0, count, step)
         return rows if not count or rows[-1] == count - 1 else np.append(rows, count - 1)
@@ -194,17 +205,18 @@ def blueprint_file(vehicle: Vehicle) -> bytes:
 
 
 def _view(rrb, plot):
+    known = scale(plot)
     return rrb.TimeSeriesView(origin="/", contents=[f"+ /{entity_of(one)}" for one in plot.series], name=plot.full_title,
+                              axis_y=rrb.ScalarAxis(range=known) if known else None,
                               plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop))
 
 
-def has_display() -> bool:
-    """Whether a window can be shown here."""
-    return not sys.platform.startswith("linux") or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
-
-
-def refuse_without_display(command: str) -> None:
-    """Refuse a window where none can be shown. Raises FlightError."""
-    if not has_display():
-        raise FlightError(f"{command}: there is no display here (neither DISPLAY nor WAYLAND_DISPLAY is set); --web shows "
-                          "it in a browser, also on another machine; --save FILE.rrd keeps it for later")
+def scale(plot) -> tuple[float, float] | None:
+    """The vertical axis of a plot: all that its series hold, and a little more; None where they hold nothing yet."""
+    numbers = np.concatenate([line.values for one in plot.series for line in one.lines])
+    numbers = numbers[np.isfinite(numbers)]
+    if not len(numbers):
+        return None
+    least, most = float(numbers.min()), float(numbers.max())
+    more = MARGIN * (most - least) or 0.5 * abs(most) or 1.0
+    return least - more, most + more

@@ -2,10 +2,21 @@
 
 import yaml
 
-from flight_graph.viewers.vehicle import Vehicle
+from flight_graph.viewers.vehicle import MARKERS, MODEL, Vehicle
 
 _LATCHED = {"Depth": 1, "Durability Policy": "Transient Local", "History Policy": "Keep Last",
             "Reliability Policy": "Reliable"}
+
+
+def _model(vehicle, namespace):
+    """The model and the markers of a namespace; links have the names of frames without it."""
+    before = f"/{namespace}" if namespace else ""
+    prefix = {"TF Prefix": namespace} if namespace else {}
+    yield {"Class": "rviz_default_plugins/RobotModel", "Name": namespace or vehicle.name, "Enabled": True, "Value": True,
+           "Description Source": "Topic", "Description Topic": {**_LATCHED, "Value": f"{before}/{MODEL}"}, **prefix,
+           "Visual Enabled": True, "Collision Enabled": False, "Alpha": 1}
+    yield {"Class": "rviz_default_plugins/MarkerArray", "Name": f"ground and bodies {namespace}".strip(), "Enabled": True,
+           "Value": True, "Topic": {**_LATCHED, "Value": f"{before}/{MARKERS}"}}
 
 
 def rviz_layout(vehicle: Vehicle) -> str:
@@ -14,11 +25,7 @@ def rviz_layout(vehicle: Vehicle) -> str:
     displays = [
         {"Class": "rviz_default_plugins/Grid", "Name": "Grid", "Enabled": True, "Value": True,
          "Cell Size": extent / 10, "Plane Cell Count": 20, "Reference Frame": "<Fixed Frame>"},
-        {"Class": "rviz_default_plugins/RobotModel", "Name": vehicle.name, "Enabled": True, "Value": True,
-         "Description Source": "Topic", "Description Topic": {**_LATCHED, "Value": "/robot_description"},
-         "Visual Enabled": True, "Collision Enabled": False, "Alpha": 1},
-        {"Class": "rviz_default_plugins/MarkerArray", "Name": "ground and bodies", "Enabled": True, "Value": True,
-         "Topic": {**_LATCHED, "Value": "/scene"}},
+        *(display for namespace in vehicle.namespaces for display in _model(vehicle, namespace)),
         {"Class": "rviz_default_plugins/TF", "Name": "frames", "Enabled": True, "Value": True, "Show Axes": True,
          "Show Names": True, "Show Arrows": False, "Marker Scale": extent / 4, "Frame Timeout": 15}]
     view = {"Class": "rviz_default_plugins/Orbit", "Name": "Current View", "Distance": 2.2 * extent, "Pitch": 0.5,

@@ -2,7 +2,7 @@
 
 from flight_graph.errors import FlightError
 from flight_graph.viewers.messages import Message, Stream
-from flight_graph.viewers.quantities import Quantity
+from flight_graph.viewers.typed_topics import TypedTopic
 
 
 class Source:
@@ -14,7 +14,7 @@ class Source:
 
     name = ""
     streams: list[Stream]
-    quantities: list[Quantity]
+    typed: list[TypedTopic]
     units: dict[str, str]
     begin_ns: int = 0
     end_ns: int | None = None

@@ -83,7 +83,9 @@ TRACES = (
 
 
 def compute(scenario, signals) -> dict:
-    """Metrics of a run, see METRICS."""
+    """Metrics of a run, see METRICS; {} where it is so short a part of one that there is no truth in it."""
+    if not all(len(signals[topic]) for topic in (TRUTH, CONTACT) if topic in signals):
+        return {}
     values = scenario.graph.nodes["plant"].values
     consistency = filter_consistency(scenario, signals, seconds)
     signals = until_decided(scenario, signals)

@@ -74,7 +74,9 @@ LANDING = LandingPoints("touchdown_x_m", "touchdown_y_m", terrain)
 
 
 def compute(scenario, signals) -> dict:
-    """Metrics of a run, see METRICS."""
+    """Metrics of a run, see METRICS; {} where it is so short a part of one that nothing was summed up in it."""
+    if not len(signals[SUMMARY]):
+        return {}
     last = signals[SUMMARY][-1]
     landed = bool(last["landed"])
     end = float(last["time"]) if landed else math.inf

@@ -24,6 +24,7 @@ import numpy as np
 
 from cubli_ros.attitude import cardan_from_quaternion, quaternion_from_cardan
 from flight_graph.components.component import Component
+from flight_graph.components.placement import TrueMotion
 from flight_graph.components.records import Choice, Mat3, field
 from flight_graph.errors import FlightError
 from flight_graph.timebase import SECOND
@@ -47,6 +48,8 @@ from sim_nodes.cubli.plant import (
     SITE_FROM_BALANCE,
     RoverParameters,
     WheelDrive,
+    balance_attitude,
+    body_rates,
     require_inertia,
     write_frames,
 )
@@ -54,6 +57,8 @@ from sim_nodes.cubli.reaction_wheels import wheel_torque
 from sim_nodes.cubli.scene import scene
 from sim_nodes.gravity.parameters import SiteParameters, resolve_site
 from sim_nodes.sensors.inertial import UNKNOWN
+
+DECIDED, IN_GROUND = 1, 2
 
 
 class PhysicalPlantParameters(RoverParameters, SiteParameters):
@@ -117,6 +122,48 @@ def start(p, x):
 
 
 @kernel
+def place(p, x, placement):
+    """Attitude and rates, the wheels' speeds as they are. On the ground the corner stands where it is, in flight the centre
+    is put too.
+    """
+    if x.mode == ENDED:
+        x.fault = DECIDED
+        return
+    if x.mode == SLIDING:
+        x.anchor, _ = contact.corner_motion(p, 0, motion_of(x))
+        x.mode = STANDING
+    if placement.sets_orientation:
+        x.attitude = balance_attitude(placement.orientation)
+    if placement.sets_angular_velocity:
+        x.rates = body_rates(x.attitude, placement.angular_velocity)
+    if x.mode == STANDING:
+        x.centre, x.centre_velocity = contact.standing_at(p, x.attitude, x.rates, x.anchor)
+        x.force = standing_force(p, x)
+    else:
+        if placement.sets_position:
+            x.centre = placement.position
+        if placement.sets_velocity:
+            x.centre_velocity = placement.velocity
+    normal = ground_normal(p)
+    for corner in range(1 if x.mode == STANDING else 0, 8):
+        position, _ = contact.corner_motion(p, corner, motion_of(x))
+        if normal @ position < 0.0:
+            x.fault = IN_GROUND
+
+
+def motion(outputs) -> TrueMotion:
+    """The motion of the centre in the site; accelerations: under what acted over the last interval, gravity's gradient and
+    the turning of the site left out.
+    """
+    pose, truth, contact_now = outputs["pose"].pose, outputs["truth"], outputs["contact"]
+    turn = Quaternion(*pose.orientation.tolist())
+    rates, accelerations, gravity, force = (rotate(turn, Vec3(*numbers.tolist())) for numbers in (
+        truth.rates, truth.accelerations, truth.gravity, contact_now.specific_force))
+    return TrueMotion(pose.position.tolist(), pose.orientation.tolist(), contact_now.centre_velocity.tolist(),
+                  *(list(one.parts()) for one in (rates, force + gravity, accelerations)))
+
+
+@kernel
 def update(t_ns, p, x, command, power):
     """One period under the wheels' torque: clipped to what they can deliver, held."""
     if x.mode == ENDED:
@@ -165,7 +212,16 @@ def report(p, x, turned, message):
 
 
 class CubliPhysicalPlant(Component):
-    """The Cubli rover with wheels and full inertia on tilted ground: contact, slip, lift-off and flight."""
+    """The Cubli rover with wheels and full inertia on tilted ground: contact, slip, lift-off and flight.
+
+    Promises: what cubli_plant gives, with the force of the ground [N], slip, lift-off, flight and how it ended. Every
+    event is looked for in each step of Runge-Kutta. A corner that touches the ground after a flight, or another corner,
+    decides the run: the state stays.
+
+    Bad input: a torque beyond the wheels' limits is clipped, a drive without power gives none, and with
+    `command_timeout` one that hears nothing new gives none. A start with a corner in the ground, or an inertia that no
+    body has, is refused before anything runs.
+    """
 
     parameters, state = PhysicalPlantParameters, PhysicalPlantState
     inputs = {"command": cubli.COMMAND, "power": cubli.WHEEL_POWER}
@@ -174,9 +230,15 @@ class CubliPhysicalPlant(Component):
                "wheels": cubli.WHEEL_STATE, "pose": cubli.TRUTH_POSE, "frames": cubli.TRUTH_FRAMES}
     output_rate_hz = {"pose": 10.0, "frames": 10.0}
     rate_hz = 100.0
-    start, output, update = start, output, update
+    start, output, update, place = start, output, update, place
     formatted = FRAMES
+    faults = {DECIDED: "it cannot be put elsewhere: its run is decided, and it stays as it touched the ground",
+              IN_GROUND: "it was put with a corner in the ground"}
     resolve = staticmethod(resolve_site)
+
+    @classmethod
+    def motion(cls, outputs):
+        return motion(outputs)
 
     @classmethod
     def scene(cls, values):

@@ -7,14 +7,15 @@ import math
 
 import numpy as np
 
-from cubli_ros.attitude import level_gravity, quaternion_from_cardan
+from cubli_ros.attitude import cardan_from_quaternion, level_gravity, quaternion_from_cardan
 from flight_graph.components.component import Component, Formatted
+from flight_graph.components.placement import TrueMotion
 from flight_graph.components.records import Mat3, Parameters, State, field
 from flight_graph.errors import FlightError
 from flight_graph.scenes.messages import joint_states, latched, moving, turned_joint
 from flight_graph.scenes.scene import Pose
 from flight_graph.timebase import SECOND
-from flight_math import Quaternion, Vec3, kernel, rotate, rotate_back, same
+from flight_math import Quaternion, Vec3, conjugate, cross, kernel, rotate, rotate_back, same
 from msg_schemas import cubli
 from msg_schemas.qos import Role
 from sim_nodes.cubli import dynamics
@@ -115,6 +116,37 @@ def update(t_ns, p, x, command):
     x.wheel_angle = x.wheel_angle + 0.5 * p.period * (speed + x.wheel_speed)
 
 
+@kernel
+def place(p, x, placement):
+    """Attitude and rates, the wheels' speeds as they are; the corner stands where it stands."""
+    if placement.sets_orientation:
+        x.angles = cardan_from_quaternion(balance_attitude(placement.orientation))
+    if placement.sets_angular_velocity:
+        x.rates = body_rates(quaternion_from_cardan(x.angles), placement.angular_velocity)
+
+
+@kernel
+def balance_attitude(orientation):
+    """Attitude, body to balance frame, of the orientation body to site."""
+    return conjugate(SITE_FROM_BALANCE) * orientation
+
+
+@kernel
+def body_rates(attitude, angular_velocity):
+    """Rates [rad/s] in the body's axes of those in the site's; attitude: body to balance frame."""
+    return rotate_back(SITE_FROM_BALANCE * attitude, angular_velocity)
+
+
+def motion(outputs) -> TrueMotion:
+    """The motion of the centre in the site; accelerations: under what acted over the last interval."""
+    pose, truth = outputs["pose"].pose, outputs["truth"]
+    turn, arm = Quaternion(*pose.orientation.tolist()), Vec3(*pose.position.tolist())
+    rates, accelerations = (rotate(turn, Vec3(*numbers.tolist())) for numbers in (truth.rates, truth.accelerations))
+    velocity = cross(rates, arm)
+    found = velocity, rates, cross(accelerations, arm) + cross(rates, velocity), accelerations
+    return TrueMotion(pose.position.tolist(), pose.orientation.tolist(), *(list(one.parts()) for one in found))
+
+
 def poses(record, scene):
     """Where the cube is, and its wheels."""
     yield cubli.BASE, Pose(tuple(record.position), tuple(record.attitude))
@@ -132,7 +164,16 @@ FRAMES = (*moving("frames", poses), *latched("frames"),
 
 
 class CubliPlant(Component):
-    """The Cubli rover by the paper's model, with reaction wheels that have limits."""
+    """The Cubli rover by the paper's model, with reaction wheels that have limits.
+
+    Promises: angles [rad], rates [rad/s], accelerations and torques of the cube on its resting corner by eq. (1)-(5)
+    and (42), integrated by Runge-Kutta in steps of `largest_step` at most; its pose in the site frame and the wheels'
+    speeds. The corner cannot leave the ground here: see cubli_physical_plant.
+
+    Bad input: a torque beyond the wheels' limits of torque and speed is clipped. With `command_timeout` a drive that
+    hears nothing new gives no torque; without it the last command holds. An inertia that no body has is refused before
+    anything runs.
+    """
 
     parameters, state = CubliPlantParameters, CubliPlantState
     inputs = {"command": cubli.COMMAND}
@@ -140,8 +181,12 @@ class CubliPlant(Component):
                "pose": cubli.TRUTH_POSE, "frames": cubli.TRUTH_FRAMES}
     output_rate_hz = {"pose": 10.0, "frames": 10.0}
     rate_hz = 100.0
-    start, output, update = start, output, update
+    start, output, update, place = start, output, update, place
     formatted = FRAMES
+
+    @classmethod
+    def motion(cls, outputs):
+        return motion(outputs)
 
     @classmethod
     def scene(cls, values):

@@ -31,7 +31,11 @@ def sample_imu(t_ns, p, x, truth, contact, imu):
 class Imu(Component):
     """Gyro and accelerometer of the Cubli rover, with white noise and a wandering gyro bias.
 
-    A plant that simulates its contact gives the specific force; otherwise it follows from a corner at rest.
+    Promises: angular velocity [rad/s] and specific force [m/s^2] at the cube's centre, body axes, with white noise and
+    a wandering gyro bias that are functions of seed and time alone. A plant that simulates its contact gives the
+    specific force; otherwise it follows from a corner at rest.
+
+    Bad input: truth that has not come reads as zero. It tests nothing: faults are put on its output.
     """
 
     parameters, state = ImuParameters, ImuState
@@ -57,7 +61,13 @@ def sample_star_tracker(t_ns, p, x, truth, measured):
 
 
 class StarTracker(Component):
-    """Star tracker of the Cubli rover. A quaternion of zeros: it is blinded."""
+    """Star tracker of the Cubli rover.
+
+    Promises: the true attitude (x, y, z, w, body to balance frame), turned by a small random angle about body axes.
+
+    Bad input: a quaternion of zeros while it is blinded: its boresight is nearer than `blinding_angle` to
+    `blinding_direction`.
+    """
 
     parameters = StarTrackerParameters
     inputs, outputs = {"truth": cubli.TRUTH}, {"measured": cubli.STAR_TRACKER}

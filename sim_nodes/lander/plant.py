@@ -8,12 +8,13 @@ import math
 from types import SimpleNamespace
 
 from flight_graph.components.component import Component
+from flight_graph.components.placement import TrueMotion
 from flight_graph.components.records import field
 from flight_graph.errors import FlightError
 from flight_graph.scenes.messages import latched, moving
 from flight_graph.scenes.scene import Pose, Sphere
 from flight_graph.timebase import SECOND
-from flight_math import Mat3, Quaternion, Vec3, atan2, kernel, largest, norm, transpose, uncompiled, vector_part
+from flight_math import Mat3, Quaternion, Vec3, atan2, kernel, largest, norm, rotate, transpose, uncompiled, vector_part
 from lander_ros.feed_forward import site_in_landing_frame
 from lander_ros.landing_checks import require_vehicle
 from lander_ros.navigation_filter import spin_quaternion
@@ -28,6 +29,7 @@ from sim_nodes.lander.site import SiteState, prepare_site, site_orientation
 from sim_nodes.lander.thruster_failures import ThrusterFailures, Watchdog, watched_command
 from sim_nodes.lander.thrusters import apply_thrusters
 
+HELD = 1
 REFERENCE = "reference scenario (ours)"
 
 
@@ -134,7 +136,7 @@ def tally_place(p, x):
 
 
 def motion_kernels(prepare, dynamics):
-    """The kernels `start` and `update` of a plant: ``prepare(p, x)`` places the site, `Dynamics` move the state."""
+    """The kernels `start`, `update`, `place` of a plant: ``prepare(p, x)`` places the site, `Dynamics` move the state."""
     site_gravity, hold_step = dynamics.site_gravity, dynamics.hold_step
 
     @kernel
@@ -164,7 +166,32 @@ def motion_kernels(prepare, dynamics):
                 x.landed = True
                 break
 
-    return begin, update
+    @kernel
+    def place(p, x, placement):
+        """Pose and twist relative to the site; the mass and the tally so far stay."""
+        if x.landed:
+            x.fault = HELD
+            return
+        if placement.sets_position:
+            x.position = placement.position
+        if placement.sets_velocity:
+            x.velocity = placement.velocity
+        if placement.sets_orientation:
+            x.attitude = placement.orientation
+        if placement.sets_angular_velocity:
+            x.rates = transpose(attitude_matrix(x.attitude)) @ placement.angular_velocity
+        x.gravity = site_gravity(p, x, x.position)
+        tally_place(p, x)
+
+    return begin, update, place
+
+
+def motion(outputs) -> TrueMotion:
+    """The motion of the centre of mass in the frame of the site, which turns with the body."""
+    truth = outputs["truth"]
+    rates = rotate(Quaternion(*truth.attitude.tolist()), Vec3(*truth.rates.tolist()))
+    return TrueMotion(truth.site_position.tolist(), truth.attitude.tolist(), truth.site_velocity.tolist(),
+                      list(rates.parts()))
 
 
 @kernel
@@ -219,7 +246,16 @@ def poses(record, scene):
 
 
 class LanderPlant(Component):
-    """The lander near a rotating ellipsoid: rigid body, thruster limits, contact trigger."""
+    """The lander near a rotating ellipsoid: rigid body, thruster limits, contact trigger.
+
+    Promises: position [m] and velocity relative to the site in D, attitude, rates, gravity, delivered force and torque,
+    the tally of the landing (clearance, view, velocity change), integrated by Runge-Kutta in steps of `largest_step` at
+    most. At the contact trigger the state is held to the end of the run, and the truth says so.
+
+    Bad input: forces and torques beyond the thrusters' limits are clipped, those below an impulse bit fall away. With
+    `command_timeout` a command that is old counts as zero; without it the last one holds. A start at the goal itself,
+    or with a quaternion that is none, is refused before anything runs.
+    """
 
     parameters, state = LanderPlantParameters, LanderPlantState
     inputs = {"command": lander.COMMAND}
@@ -227,8 +263,9 @@ class LanderPlant(Component):
                "pose": lander.TRUTH_POSE, "goal": lander.GOAL, "frames": lander.TRUTH_FRAMES}
     output_rate_hz = {"summary": 1.0, "pose": 10.0, "goal": 1.0, "frames": 10.0}
     rate_hz = 10.0
-    start, update = motion_kernels(prepare_site, ELLIPSOID)
+    start, update, place = motion_kernels(prepare_site, ELLIPSOID)
     output = output
+    faults = {HELD: "it cannot be put elsewhere: it has landed, and stays as it is"}
     formatted = (*moving("frames", poses), *latched("frames"))
 
     @classmethod
@@ -240,6 +277,10 @@ class LanderPlant(Component):
         goal, spin = site_in_landing_frame(rotation, position, values["body_spin"])
         return {**values, "goal_position": list(goal.parts()), "goal_spin": list(spin.parts()),
                 "goal_gravity": float(norm(gravity))}
+
+    @classmethod
+    def motion(cls, outputs):
+        return motion(outputs)
 
     @classmethod
     def site(cls, values, where):

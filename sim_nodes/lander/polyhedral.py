@@ -161,10 +161,15 @@ POLYHEDRON = dynamics(gravity_of_faces)
 
 
 class PolyhedralPlant(LanderPlant):
-    """The lander near a rotating polyhedron, a superellipsoid's or a user's mesh: body, thrusters, contact trigger."""
+    """The lander near a rotating polyhedron, a superellipsoid's or a user's mesh: body, thrusters, contact trigger.
+
+    Promises: what lander_plant gives, near a homogeneous polyhedron: a superellipsoid's, or a user's own mesh.
+
+    Bad input: as lander_plant; a mesh that is not closed, too large or no mesh at all is refused before anything runs.
+    """
 
     parameters, state, room = polyhedral_parameters(LanderPlantParameters), polyhedral_state(LanderPlantState), ROOM
-    start, update = motion_kernels(prepare_site, POLYHEDRON)
+    start, update, place = motion_kernels(prepare_site, POLYHEDRON)
 
     @classmethod
     def resolve(cls, values, where, folder=None):
@@ -193,7 +198,13 @@ class PolyhedralPlant(LanderPlant):
 
 
 class PolyhedralGravityModel(GravityModel):
-    """On-board gravity model near a polyhedron: the true field at the estimated position, times a factor."""
+    """On-board gravity model near a polyhedron: the true field at the estimated position, times a factor.
+
+    Promises: gravity [m/s^2] at the estimated position, in D: the true field of the polyhedron times `scale`.
+
+    Bad input: it takes the odometry as it is, and before a first one the goal's position. A mesh that is not closed is
+    refused before anything runs.
+    """
 
     parameters, state, room = polyhedral_parameters(GravityModelParameters), polyhedral_state(SiteState), ROOM
     start, kernel = None, gravity_model(POLYHEDRON.site_gravity)

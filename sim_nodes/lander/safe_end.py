@@ -32,7 +32,9 @@ TRACES = (
 
 
 def compute(scenario, signals) -> dict:
-    """Metrics of a run, see METRICS."""
+    """Metrics of a run, see METRICS; {} where it is so short a part of one that nothing was summed up in it."""
+    if not len(signals["lander/truth/summary"]):
+        return {}
     last, truth, mode = signals["lander/truth/summary"][-1], signals["lander/truth"], signals["lander/mode"]
     is_alive = len(mode) > 0 and times(scenario, truth)[-1] - times(scenario, mode)[-1] < SILENT
     end = named(last, truth[-1])

@@ -38,7 +38,13 @@ def sample_imu(t_ns, p, x, truth, imu):
 
 
 class Imu(Component):
-    """Inertial measurement unit of the lander: inertial rate, specific force of the last interval."""
+    """Inertial measurement unit of the lander: inertial rate, specific force of the last interval.
+
+    Promises: angular velocity to the inertial frame [rad/s] and specific force of the last interval [m/s^2], body frame
+    B, with biases and white noise that are functions of seed and time alone.
+
+    Bad input: truth that has not come reads as zero. It tests nothing: faults are put on its output.
+    """
 
     parameters, state = ImuParameters, ImuState
     inputs, outputs = {"truth": lander.TRUTH}, {"imu": lander.IMU}
@@ -59,7 +65,13 @@ def sample_star_tracker(t_ns, p, x, truth, measured):
 
 
 class StarTracker(Component):
-    """Star tracker of the lander: attitude to the inertial frame that equals the site's at the epoch."""
+    """Star tracker of the lander: attitude to the inertial frame that equals the site's at the epoch.
+
+    Promises: the attitude (x, y, z, w) from B to the inertial frame that equals the site's at the epoch, turned by a
+    small random angle.
+
+    Bad input: it tests nothing: faults are put on its output.
+    """
 
     parameters = StarTrackerParameters
     inputs, outputs = {"truth": lander.TRUTH}, {"measured": lander.STAR_TRACKER}
@@ -110,7 +122,14 @@ def sample_altimeter(t_ns, p, x, truth, measured):
 
 
 class Altimeter(Component):
-    """Ranging altimeter of the lander, steered to the mark by the site camera."""
+    """Ranging altimeter of the lander, steered to the mark by the site camera.
+
+    Promises: the distance [m] to the mark along the camera's line of sight, not the height over the terrain, with its
+    variance.
+
+    Bad input: infinity (REP 117) where the mark is out of the field of view or beyond `reach`. With
+    `multipath_probability` it reads a second echo now and then.
+    """
 
     parameters = AltimeterParameters
     inputs, outputs = {"truth": lander.TRUTH}, {"measured": lander.ALTIMETER}
@@ -128,7 +147,12 @@ def sample_camera(t_ns, p, x, truth, measured):
 
 
 class SiteCamera(Component):
-    """Site camera of the lander, after image processing: the direction of the mark, in B."""
+    """Site camera of the lander, after image processing: the direction of the mark, in B.
+
+    Promises: the direction of the mark as a unit vector in B, with noise across it.
+
+    Bad input: zeros where the mark is out of the field of view.
+    """
 
     parameters = SiteCameraParameters
     inputs, outputs = {"truth": lander.TRUTH}, {"measured": lander.SITE_LOS}
@@ -164,7 +188,12 @@ def add_noise(t_ns, p, x, truth, odometry):
 
 
 class NoisyNavigation(Component):
-    """Stand-in for navigation: the true pose and motor with white noise in every sample."""
+    """Stand-in for navigation: the true pose and motor with white noise in every sample.
+
+    Promises: the true pose and velocities with white noise in every sample, and the covariances that belong to it.
+
+    Bad input: truth that has not come reads as the zero pose. It tests nothing.
+    """
 
     parameters = NoisyNavigationParameters
     inputs, outputs = {"truth": lander.TRUTH_ODOMETRY}, {"odometry": lander.ODOMETRY}

@@ -64,7 +64,12 @@ def gravity_model(site_gravity):
 
 
 class GravityModel(Component):
-    """On-board gravity model of the landing: the true field at the estimated position, times a factor."""
+    """On-board gravity model of the landing: the true field at the estimated position, times a factor.
+
+    Promises: gravity [m/s^2] at the estimated position, in D: the true field of the ellipsoid times `scale`.
+
+    Bad input: it takes the odometry as it is, and before a first one the goal's position.
+    """
 
     parameters, state = GravityModelParameters, SiteState
     inputs, outputs = {"odometry": lander.ODOMETRY}, {"gravity": lander.GRAVITY}

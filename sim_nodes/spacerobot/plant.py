@@ -13,12 +13,25 @@ then on its momentum is the robot's. Parameters about the body's origin add up, 
 import math
 
 from flight_graph.components.component import Component, Formatted
+from flight_graph.components.placement import TrueMotion
 from flight_graph.components.records import Array, Choice, State, Vec3, field
 from flight_graph.errors import FlightError
 from flight_graph.scenes.messages import latched
 from flight_graph.scenes.transforms import TYPE
 from flight_graph.timebase import SECOND
-from flight_math import dot, identity3, kernel, mat3, outer, quaternion_from_matrix, rotate, stack_array, vec3
+from flight_math import (
+    Quaternion,
+    dot,
+    identity3,
+    kernel,
+    mat3,
+    outer,
+    quaternion_from_matrix,
+    rotate,
+    rotate_back,
+    stack_array,
+    vec3,
+)
 from flight_math.dense import copy
 from msg_schemas import spacerobot
 from msg_schemas.qos import Role
@@ -119,7 +132,7 @@ def start(p, x):
 
 
 @kernel
-def place(p, x):
+def put_at_rest(p, x):
     """Put the system's centre of mass at the inertial origin, at rest."""
     s = robot_state(x.motion)
     composite = stack_array(len(x.pi))
@@ -128,6 +141,32 @@ def place(p, x):
     momentum, _, _ = momentum_and_energy(p, x.pi, x.motion)
     x.motion[0:3] = -rotate(s.attitude, whole.moment) / whole.mass
     x.motion[3:6] = -momentum / whole.mass
+
+
+@kernel
+def place(p, x, placement):
+    """Pose and twist of the base; joints, their rates and the wheels' momentum stay."""
+    if not x.placed:
+        x.placed = True
+        put_at_rest(p, x)
+    if placement.sets_position:
+        x.motion[0:3] = placement.position
+    if placement.sets_velocity:
+        x.motion[3:6] = placement.velocity
+    if placement.sets_orientation:
+        x.motion[6:10] = placement.orientation
+    if placement.sets_angular_velocity:
+        x.motion[10:13] = rotate_back(robot_state(x.motion).attitude, placement.angular_velocity)
+
+
+def motion(outputs) -> TrueMotion:
+    """The motion of the base in inertial axes; accelerations: under the torque of the last interval."""
+    truth = outputs["truth"]
+    turn = Quaternion(*truth.attitude.tolist())
+    rates, acceleration, angular_acceleration = (list(rotate(turn, Vec3(*numbers.tolist())).parts()) for numbers in (
+        truth.rates, truth.acceleration, truth.angular_acceleration))
+    return TrueMotion(truth.position.tolist(), truth.attitude.tolist(), truth.velocity.tolist(), rates, acceleration,
+                  angular_acceleration)
 
 
 @kernel
@@ -174,7 +213,7 @@ def write_truth(p, x, s, truth):
 def output(t_ns, p, x, outputs):
     if not x.placed:
         x.placed = True
-        place(p, x)
+        put_at_rest(p, x)
     take_payload(t_ns / SECOND, p, x)
     truth = outputs.truth
     x.now[0], x.now[1] = truth.header.stamp.sec, truth.header.stamp.nanosec
@@ -281,8 +320,15 @@ def plant(topics: spacerobot.Topics) -> type[Component]:
     """The plant of a robot with these topics."""
 
     class SpaceRobotPlant(Component):
-        """A free-flying base with an arm, moved by torques alone; wheels, drives and stops with limits, and a
-        payload."""
+        """A free-flying base with an arm, moved by torques alone; wheels, drives and stops with limits, and a payload.
+
+        Promises: position [m], velocity, attitude, rates, joints, accelerations and torques of the truth, and momentum
+        and energy, which nothing but torques and the payload change. Drives, wheels and stops have limits; what was
+        limited is counted.
+
+        Bad input: commands beyond a limit are clipped. With `command_timeout` a command that is older counts as zero;
+        without it the last one holds. Joints that start past their stops are refused before anything runs.
+        """
 
         parameters, state = plant_parameters(topics.joints), plant_state(topics.joints)
         inputs = {"base_command": topics.base_command, "joint_command": topics.joint_command, "brakes": topics.brakes}
@@ -291,7 +337,7 @@ def plant(topics: spacerobot.Topics) -> type[Component]:
                    "pose": topics.true_pose, "frames": topics.true_frames}
         output_rate_hz = {"pose": 10.0, "frames": 10.0}
         rate_hz = 50.0
-        start, output, update = start, output, update
+        start, output, update, place = start, output, update, place
         formatted = (
             Formatted("tf", TYPE, "frames", moving_frames(topics.frames)), *latched("frames", ground=False),
             Formatted("joint_states", "sensor_msgs/msg/JointState", "frames", true_joints(topics), Role.TELEMETRY))
@@ -300,6 +346,10 @@ def plant(topics: spacerobot.Topics) -> type[Component]:
         @classmethod
         def resolve(cls, values, where, folder=None):
             return resolve_robot(values, where, folder)
+
+        @classmethod
+        def motion(cls, outputs):
+            return motion(outputs)
 
         @classmethod
         def scene(cls, values):

@@ -43,7 +43,13 @@ def prediction(topics: spacerobot.Topics) -> type[Component]:
     """The judge of the estimates of a robot with these topics."""
 
     class SpaceRobotPrediction(Component):
-        """Torque that the estimated parameters mispredict at the true motion (knows the truth)."""
+        """Torque that the estimated parameters mispredict at the true motion (knows the truth).
+
+        Promises: at every firing the relative error [1] of the estimated parameters, and the torque [N m] that they
+        mispredict at the true motion.
+
+        Bad input: without an estimate the prior is judged.
+        """
 
         parameters = believed_parameters(topics.joints)
         inputs = {"truth": topics.truth, "true_parameters": topics.true_parameters, "parameters": topics.parameters}

@@ -94,7 +94,13 @@ def sensors(topics: spacerobot.Topics) -> tuple[type[Component], ...]:
     """Inertial measurement unit, star tracker, joint sensors and the perfect state of a robot with these topics."""
 
     class SpaceRobotImu(Component):
-        """Gyro and accelerometer of the space robot's base."""
+        """Gyro and accelerometer of the space robot's base.
+
+        Promises: angular velocity [rad/s] and specific force [m/s^2] at the base's origin, base axes, with constant
+        biases and white noise that is a function of seed and time alone.
+
+        Bad input: truth that has not come reads as zero. It tests nothing: faults are put on its output.
+        """
 
         parameters = ImuParameters
         inputs, outputs = {"truth": topics.truth}, {"imu": topics.imu}
@@ -102,7 +108,12 @@ def sensors(topics: spacerobot.Topics) -> tuple[type[Component], ...]:
         kernel = sample_imu
 
     class SpaceRobotStarTracker(Component):
-        """Star tracker of the space robot's base."""
+        """Star tracker of the space robot's base.
+
+        Promises: the true attitude (x, y, z, w, base to inertial), turned by a small random angle about base axes.
+
+        Bad input: it tests nothing: faults are put on its output.
+        """
 
         parameters = StarTrackerParameters
         inputs, outputs = {"truth": topics.truth}, {"measured": topics.star_tracker}
@@ -110,7 +121,14 @@ def sensors(topics: spacerobot.Topics) -> tuple[type[Component], ...]:
         kernel = sample_star_tracker
 
     class SpaceRobotJointSensors(Component):
-        """Encoders, rate and torque sensors of the joints, and the torque sensor of the base."""
+        """Encoders, rate and torque sensors of the joints, and the torque sensor of the base.
+
+        Promises: angles [rad], rates [rad/s] and torques [N m] of the joints and the torque on the base [N m], with
+        white noise.
+
+        Bad input: it tests nothing. With `torque_fault_time` the last joint's torque reads NaN for a time, so that its
+        readers can be tried.
+        """
 
         parameters = JointSensorParameters
         inputs, outputs = {"truth": topics.truth}, {"joints": topics.joint_state, "base": topics.base_torque}
@@ -118,7 +136,12 @@ def sensors(topics: spacerobot.Topics) -> tuple[type[Component], ...]:
         kernel = sample_joints
 
     class SpaceRobotPerfectState(Component):
-        """The true state in place of sensors and estimator: ideal feedback, accelerations included."""
+        """The true state in place of sensors and estimator: ideal feedback, accelerations included.
+
+        Promises: the true state under the topics of the estimator: what a law does with ideal feedback.
+
+        Bad input: truth that has not come reads as zero.
+        """
 
         inputs = {"truth": topics.truth}
         outputs = {"odometry": topics.odometry, "joints": topics.joint_estimate, "accelerations": topics.accelerations,

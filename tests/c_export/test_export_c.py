@@ -19,6 +19,8 @@ from flight_graph.errors import FlightError
 from flight_graph.recordings.recorded_run import open_recorded
 from tests.c_export import emulated
 
+pytestmark = pytest.mark.xdist_group("c export")  # code for another processor is made once
+
 ROOT = Path(__file__).resolve().parents[2]
 
 

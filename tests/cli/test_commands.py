@@ -1,15 +1,20 @@
 """The command line as a user meets it: tables, help, JSON, and a sentence with status 2 for everything that is wrong."""
 
+import io
 import json
+import re
 from pathlib import Path
 
 import pytest
+import typer
 import yaml
 from rich.table import Table
 
 from flight_graph.cli import show
+from flight_graph.cli.app import app
 from tests.commands import runner
 from tests.graph import toy
+from tests.reports.campaigns import made
 
 ROOT = Path(__file__).resolve().parents[2]
 pytestmark = pytest.mark.xdist_group("executors")
@@ -32,10 +37,18 @@ def toy_file(tmp_path):
     return path
 
 
-@pytest.mark.parametrize("command", [[], ["run"], ["list"], ["doctor"], ["node"]])
-def test_help_names_an_example(flight, command):
-    status, out, _ = flight(*command, "--help")
-    assert status == 0 and "Example: flight " in out
+def test_help_of_every_command_names_an_example_and_can_be_read_at_80_columns(flight, monkeypatch):
+    """No line is longer, and nothing is left out for want of room."""
+    monkeypatch.setenv("COLUMNS", "80")
+    for command in ([], *([name] for name in typer.main.get_command(app).commands)):
+        status, out, _ = flight(*command, "--help")
+        assert status == 0 and re.search(r"Examples?: flight ", out), command
+        assert max(map(len, out.splitlines())) <= 80 and "\u2026" not in out, command
+
+
+def test_help_keeps_units_in_brackets(flight):
+    for command, unit in (("fault", "How long it lasts [s]"), ("design", "Surface gravity [m/s^2]")):
+        assert unit in flight(command, "--help")[1]
 
 
 def test_a_table_that_is_too_wide_for_a_pipe_loses_nothing(capsys, monkeypatch):
@@ -61,11 +74,12 @@ def test_list_shows_scenarios_by_vehicle_and_components(flight):
     assert found["groups"]["lander_faults"] == ["lander", "faults"]
 
 
-def test_tables_can_be_read_at_80_columns(flight, toy_file, monkeypatch):
+def test_tables_can_be_read_at_80_columns(flight, toy_file, monkeypatch, tmp_path):
     """No line is longer, and no name is broken: what does not fit beside each other stands below each other."""
     monkeypatch.setattr(show.console, "width", 80)
     monkeypatch.setattr(show.console, "soft_wrap", False)
     flight("run", str(toy_file), "--trust", "--out", "bag")
+    study = str(made(tmp_path / "study").path)
     bag = str(ROOT / "bags/lander_nominal")
     for command, names in ((["list"], ["spacerobot_harmonic_rls_same_sample"]),
                            (["list", "cubli_asteroid"], ["sim_nodes/star_tracker", "plant.initial_angles"]),
@@ -75,12 +89,37 @@ def test_tables_can_be_read_at_80_columns(flight, toy_file, monkeypatch):
                            (["info", bag], ["/lander/truth/summary", "sensor_msgs/msg/JointState"]),
                            (["diff", bag, "bag"], ["/toy/truth"]),
                            (["plot", bag, "--fields"], ["/lander/cmd_wrench.wrench.force"]),
+                           (["plot", study, "--fields"], ["plant.inertia"]),
+                           (["report", study], ["angle_max"]),
+                           (["report", study, "--worst", "angle_max", "--sensitivity", "angle_max"], ["plant.inertia"]),
+                           (["design", "cubli", "--gravity", "8e-5", "--out", "made.yaml"], ["made.yaml"]),
                            (["run", "cubli_earth", "--duration", "0.1"], ["adaptive_a_x", "normal_force_min"])):
         status, out, err = flight(*command)
         assert status in (0, 1), err
         assert max(map(len, out.splitlines())) <= 80 or command[0] == "run", max(out.splitlines(), key=len)
+        assert "\u2026" not in out, command
         for name in names:
             assert name in out, (command, name)
+
+
+def test_progress_says_what_is_known_and_names_are_no_markup(monkeypatch):
+    """An end that nobody knows is not told, and brackets in the name of a file stand for themselves."""
+    screen = io.StringIO()
+    monkeypatch.setattr(show, "_errors", show._Console(file=screen, force_terminal=True, width=80))
+    with show.working("reading [/bold]", True):
+        pass
+    with show.steps("verify [/red]", True) as advance:
+        advance(3.25, None, "s [/dim]")
+        advance(7.0, 60.0, "s simulated")
+    told = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", screen.getvalue())
+    for part in ("reading [/bold]", "verify [/red]", "7 of 60"):
+        assert part in told, told
+    assert "None" not in told
+    table = show.fields_table([])
+    table.title, table.columns[0].header = "[/bold]x", "delay [s]"
+    with show.console.capture() as shown:
+        show.console.print(table)
+    assert "[/bold]x" in shown.get() and "delay [s]" in shown.get()
 
 
 def test_list_of_a_scenario_shows_units_in_brackets(flight):

@@ -25,6 +25,8 @@ from sim_nodes.sensors import inertial, star_tracker
 from sim_nodes.sensors.white_noise import white_noise
 from tests.cubli.records import made
 
+pytestmark = pytest.mark.xdist_group("attitude filter")  # compiled once
+
 GYRO, WALK, STAR = 1e-4, 1e-6, 5e-5  # [rad/s], [rad/s], [rad] per sample
 PERIOD = 0.01  # [s]
 SIGMA_ATTITUDE, SIGMA_BIAS = 5e-3, 2e-4  # [rad], [rad/s] at the start

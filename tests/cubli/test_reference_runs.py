@@ -23,6 +23,8 @@ from tests.cubli.cubli_closed_loop import (
     slowed,
 )
 
+pytestmark = pytest.mark.xdist_group("the rover's loop")  # compiled once
+
 PLANAR_LIMIT, CORNER_LIMIT = 0.1189207, 0.1074570  # [rad/s] at g = 0.002
 
 

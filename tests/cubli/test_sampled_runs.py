@@ -23,6 +23,8 @@ from tests.cubli.cubli_closed_loop import (
     run_sampled,
 )
 
+pytestmark = pytest.mark.xdist_group("the rover's loop")  # compiled once
+
 FULL_INERTIA = MASS * LENGTH**2 * (11.0 / 12.0 * np.eye(3) - 0.25 * np.ones((3, 3))) - WHEEL_INERTIA * np.eye(3)
 
 

@@ -12,6 +12,8 @@ from spacerobot_ros.dynamics import composite_parameters
 from tests.spacerobot.spacerobot_cases import tree_at
 from tests.spacerobot.spacerobot_loop import ROBOT, initial_state
 
+pytestmark = pytest.mark.xdist_group("joint hardware")  # compiled once
+
 STEP = 0.01  # [s]
 ZERO = Vec3(0.0, 0.0, 0.0)
 

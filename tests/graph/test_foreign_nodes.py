@@ -81,8 +81,15 @@ def test_only_nodes_can_fly_it_and_the_sentence_says_what_else_there_is():
     assert made.foreign == ["controller"] and made.resolved()["components"]["controller"]["late"] == "stop"
     with pytest.raises(FlightError, match="only --engine ros can fly it, with that node running"):
         CompiledRun(made)
-    with pytest.raises(FlightError, match="is not in the bag"):
-        Stepper(cut_open()).branch({"plant.mass": 2.1})
+    run = Stepper(cut_open())
+    for settings, sentence in (({"plant.mass": 2.1}, "which this reaches; what it would have answered"),
+                               ({"seed": 3}, "which this reaches"), ({"duration_s": 1000.0}, "after t = .* is not in the bag")):
+        with pytest.raises(FlightError, match=sentence):
+            run.branch(settings)
+    other = run.branch({"monitor.gravity": 0.003})  # the monitor tells the foreign node nothing
+    other.until(tick=20), run.until(tick=20)
+    assert np.array_equal(other.read("plant.truth.rates"), run.read("plant.truth.rates"))
+    assert not np.array_equal(other.read("monitor.margins.normal_force"), run.read("monitor.margins.normal_force"))
 
 
 def test_another_component_takes_its_place():

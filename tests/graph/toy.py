@@ -2,7 +2,7 @@
 
 from flight_graph.components.component import Component, same_stamp
 from flight_graph.components.records import Choice, Parameters, State, field
-from flight_math import Vec3, gaussian, kernel, sin
+from flight_math import Vec3, gaussian, kernel, norm, sin
 from msg_schemas.qos import Role
 from msg_schemas.signal import Quantity, Signal, named_vector
 
@@ -48,6 +48,35 @@ class Plant(Component):
     parameters, state = PlantParameters, PlantState
     inputs, outputs = {"command": COMMAND}, {"truth": TRUTH}
     start, output, update = plant_start, plant_output, plant_update
+
+
+POSE = Signal("toy/pose", "geometry_msgs/msg/PoseStamped", Role.TRUTH, {"header.frame_id": "toy_world"})
+
+
+@kernel
+def movable_output(t_ns, p, x, truth, pose):
+    truth.angle, truth.rate = x.angle, x.rate
+    pose.pose.position = x.angle
+
+
+@kernel
+def movable_place(p, x, placement):
+    if placement.sets_position:
+        x.angle = p.stiffness * placement.position
+    if placement.sets_velocity:
+        x.rate = placement.velocity
+    if norm(x.angle) > 3.0:
+        x.fault = 1
+
+
+class Drifter(Plant):
+    """Three oscillators whose angles are a position, and can be put elsewhere."""
+
+    outputs = {"truth": TRUTH, "pose": POSE}
+    output_rate_hz = {"pose": 20.0}
+    optional_inputs = ("command",)
+    output, place = movable_output, movable_place
+    faults = {1: "it was put beyond 3 rad"}
 
 
 class SensorParameters(Parameters):

@@ -5,14 +5,13 @@ import runpy
 import shlex
 from pathlib import Path
 
-import click
 import pytest
 import typer
 
 from benchmarks.question_pictures import PAGES, PICTURES, pictures, steps
 from flight_graph.cli.app import app
 from flight_graph.graphs.overrides import overrides
-from flight_graph.graphs.scenario import Scenario, load, read
+from flight_graph.graphs.scenario import Scenario, read
 from flight_graph.reports import bag_page, page
 from flight_graph.sampling.specifications import Besides
 from tests.commands import runner

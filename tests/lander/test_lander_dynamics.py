@@ -30,6 +30,8 @@ from sim_nodes.lander.dynamics import (
 from sim_nodes.lander.start import approach_attitude, require_approach
 from tests.lander.reference_landing import matrix, numbers, start_motion
 
+pytestmark = pytest.mark.xdist_group("the lander's dynamics")  # compiled once
+
 ZERO = Vec3(0.0, 0.0, 0.0)
 
 

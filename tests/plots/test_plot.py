@@ -8,8 +8,8 @@ from flight_graph.graphs.alarms import alarms
 from flight_graph.graphs.glossary import Glossary
 from flight_graph.graphs.metric_entry import Alarm, flag, number, word
 from flight_graph.graphs.scenario import load
+from flight_graph.plots.bag_lines import BagLines
 from flight_graph.plots.names import run_names
-from flight_graph.plots.series import BagLines
 from flight_graph.plots.thinning import chosen
 from flight_graph.recordings.what_ran import what_ran
 from flight_graph.reports.fewer_faces import fewer
@@ -151,9 +151,11 @@ def test_runs_warn_of_what_is_declared_and_of_filters_that_refuse():
 
 def test_lines_of_a_bag_go_by_the_names_of_its_export(tmp_path):
     lines = BagLines(write_bag(tmp_path / "a").folder)
-    quantity = lines.find("/cubli/wheels.effort")
-    assert list(quantity.lines) == ["[wheel_x]", "[wheel_y]", "[wheel_z]"] and quantity.t[0] == 0.0
-    assert not any("stamp" in one.name for topic in lines.topics for one in lines.quantities(topic))
+    series = lines.find("/cubli/wheels.effort")
+    assert [line.column for line in series.lines] == ["effort[wheel_x]", "effort[wheel_y]", "effort[wheel_z]"]
+    assert series.labels == ["wheel_x", "wheel_y", "wheel_z"] and series.t[0] == 0.0
+    assert lines.find("cubli/wheels.effort[2]").name == lines.find("cubli/wheels.effort[wheel_z]").name == "effort[wheel_z]"
+    assert not any("stamp" in one.name for topic in lines.topics for one in lines.series(topic))
 
 
 def test_an_estimate_less_the_truth(flight, drawn, tmp_path):

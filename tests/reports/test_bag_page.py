@@ -14,8 +14,8 @@ from scipy.spatial.transform import Rotation
 
 from flight_graph.bags.writer import BagWriter
 from flight_graph.components.foreign import refuse
+from flight_graph.plots.bag_lines import BagLines
 from flight_graph.plots.marks import marks
-from flight_graph.plots.series import BagLines
 from flight_graph.reports import bag_figures, bag_page, page
 from msg_schemas.qos import Role
 from msg_schemas.signal import Quantity, named_vector

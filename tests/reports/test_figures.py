@@ -55,6 +55,18 @@ def test_histograms_count_every_value_of_any_kind_of_column():
         assert sum(figure.columns["runs"]) == len(values) and len(figure.columns["runs"]) <= distributions.MOST_BINS
 
 
+@pytest.mark.parametrize("step, offset", [(0.1, 0.0), (0.02, 17.3), (1.0, -4.0), (0.01, 1.7e9)])
+def test_bins_hold_equally_many_points_of_the_grid_that_values_lie_on(step, offset):
+    """Once every point of a grid: a flat histogram, whatever number of points there is."""
+    for points in (3, 61, 97, 260, 1009):
+        edges = distributions.bins(offset + step * np.arange(points))
+        counts = np.histogram(offset + step * np.arange(points), edges)[0]
+        assert len(counts) <= distributions.MOST_BINS and counts.sum() == points
+        assert (counts[:-1] == counts[0]).all() and counts[-1] <= counts[0], (points, counts)
+    continuous = np.random.default_rng(5).normal(size=400)
+    assert distributions.bins(continuous)[[0, -1]].tolist() == [continuous.min(), continuous.max()]
+
+
 def test_a_funnel_is_the_percentiles_of_the_runs_that_fly():
     t, values = np.arange(5.0), np.arange(505.0).reshape(101, 5)
     values[50:, 3] = np.nan

@@ -23,7 +23,7 @@ class ForeignNode(Node):
         self.count += 1
         rate = attitude.angular_velocity
         command = JointState(name=["wheel_x", "wheel_y", "wheel_z"], effort=[-0.01 * w for w in (rate.x, rate.y, rate.z)])
-        command.header.stamp, command.header.frame_id = attitude.header.stamp, "cubli_base"
+        command.header.stamp, command.header.frame_id = attitude.header.stamp, attitude.header.frame_id
         if self.mode == "many" and self.count == 66:
             os.kill(os.getpid(), signal.SIGKILL)
         if self.mode == "many" and self.count in (10, 20):
@@ -43,5 +43,5 @@ class ForeignNode(Node):
 
 
 if __name__ == "__main__":
-    rclpy.init()
+    rclpy.init(args=sys.argv)
     rclpy.spin(ForeignNode(*sys.argv[1:3]))

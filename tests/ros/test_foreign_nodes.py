@@ -13,6 +13,7 @@ import pytest
 import rclpy
 import yaml
 
+from flight_graph import runs
 from flight_graph.bags.reader import read_bag
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.errors import FlightError
@@ -107,22 +108,30 @@ def test_firmware_in_c_beside_the_graph_gives_the_bytes_of_the_compiled_run(tmp_
         assert np.array_equal(track.signal.payloads(track.records), np.asarray(found.payloads(f"/{track.topic}"))), track.topic
 
 
-def test_answers_that_are_late_or_wrong_are_counted_and_the_last_one_is_held(tmp_path):
-    """Missing, missing, wrong stamp, not a number, wrong names, two at once, then killed: the plant holds what came before."""
-    with beside("-m", "tests.ros.foreign_node", "many", "cubli/truth/attitude"):
-        done = fly(plant_and_law(tmp_path, late="hold", answer_within_s=0.4), tmp_path / "bag")
+def test_answers_that_are_late_or_wrong_are_counted_and_the_last_one_is_held(tmp_path, monkeypatch):
+    """Missing, missing, wrong stamp, not a number, wrong names, two at once, then killed: the plant holds what came before.
+
+    All of it inside of a vehicle; its bag is run again in process and as nodes.
+    """
+    plant_and_law(tmp_path, late="hold", answer_within_s=0.4)
+    (tmp_path / "whole.yaml").write_text("{name: whole, title: a vehicle, duration_s: 0.7, include: {rover_a: two.yaml}}")
+    with beside("-m", "tests.ros.foreign_node", "many", "cubli/truth/attitude", "--ros-args", "-r", "__ns:=/rover_a"):
+        done = fly(tmp_path / "whole.yaml", tmp_path / "bag")
     assert done.returncode == 0, done.stderr
-    counts = json.loads(done.stdout)["statistics"]["controller_stand_in"]
+    counts = json.loads(done.stdout)["statistics"]["rover_a_controller_stand_in"]
     for words in ("a stamp that was not asked for", "effort of a message is not finite", "name is ['wheel',",
                   "more than one answer to one stamp"):
         assert any(words in reason for reason in counts["reasons"]), (words, counts["reasons"])
     bag = read_bag(tmp_path / "bag")
-    there = set((bag.stamps_ns(COMMAND) - bag.start_ns) // 10_000_000)
+    command = f"/rover_a{COMMAND}"
+    there = set((bag.stamps_ns(command) - bag.start_ns) // 10_000_000)
     assert not there & {9, 19, 29, 39, 49, *range(65, 70)}
     assert counts["late"] == 70 - len(there) and counts["refused_messages"] >= 4
-    assert bag.metadata["flight_graph.outcome"][f"late {COMMAND}"] == str(counts["late"])
-    result = verify(tmp_path / "bag")
-    assert result.verdict == "equal" and any(f"{counts['late']} late" in one for one in result.sentences)
+    assert bag.metadata["flight_graph.outcome"][f"late {command}"] == str(counts["late"])
+    monkeypatch.setenv("ROS_DOMAIN_ID", DOMAIN)
+    for engine in ("compiled", "ros"):
+        result = runs.verify(tmp_path / "bag", engine)
+        assert result.verdict == "equal" and any(f"{counts['late']} late" in one for one in result.sentences)
 
 
 def test_a_late_answer_stops_the_run_where_it_may_not_be_held():

@@ -5,6 +5,7 @@ import threading
 
 import pytest
 
+from flight_graph.errors import FlightError
 from flight_graph.ros import simulation as control
 from flight_graph.ros.simulation import Limits, Simulation
 from flight_graph.ros.simulation_settings import Report
@@ -92,6 +93,23 @@ def test_a_step_that_takes_long_can_be_paused_and_holds_off_all_else():
     assert master.set(control.PAUSED) == control.OK
     thread.join(10.0)
     assert answers == [control.Answer(control.FAILED, "it was paused after 3 of 10 steps; t = 0 s")]
+
+
+def test_things_are_put_elsewhere_where_it_is_paused():
+    master, put = Master(), []
+
+    def refuse():
+        raise FlightError("there is a rock")
+
+    assert master.run.place("rover", refuse, True) == control.Answer(
+        control.INCORRECT_STATE, "the run is stopped; things are put elsewhere where it is paused")
+    master.set(control.PAUSED)
+    assert master.run.place("rover", lambda: put.append(1), True).code == control.OK and put == [1]
+    assert master.run.place("rover", refuse, True) == control.Answer(control.INVALID_POSE, "there is a rock")
+    assert master.run.place("rover", refuse, False).code == control.FAILED
+    assert master.run.step(1).code == control.OK
+    master.set(control.PLAYING)
+    assert master.run.place("rover", refuse, True).code == control.INCORRECT_STATE
 
 
 @pytest.mark.parametrize("limits, code, sentence", [

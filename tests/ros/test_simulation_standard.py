@@ -29,6 +29,11 @@ def test_the_lander_is_driven_by_the_standard(tmp_path, operator):  # noqa: F811
     def set_state(state):
         return call(srv.SetSimulationState, "set_simulation_state", state=msg.SimulationState(state=state)).result.result
 
+    def put(state, entity="plant"):
+        flags = {name: True for name in ("set_pose", "set_twist") if hasattr(srv.SetEntityState.Request, name)}  # of newer ones
+        found = call(srv.SetEntityState, "set_entity_state", entity=entity, state=state, **flags).result
+        return found.result, found.error_message
+
     def act(steps):
         actions = ActionClient(client.node, SimulateSteps, "/simulate_steps")
         sent = actions.send_goal_async(SimulateSteps.Goal(steps=steps), lambda one: feedback.append(
@@ -47,8 +52,10 @@ def test_the_lander_is_driven_by_the_standard(tmp_path, operator):  # noqa: F811
         refused = call(srv.StepSimulation, "step_simulation", steps=1).result
         assert (refused.result, refused.error_message) == (
             msg.Result.RESULT_OPERATION_FAILED, "the run is stopped; steps are made where it is paused")
-        early = call(srv.GetEntityState, "get_entity_state", entity="plant").result
-        assert early.result == msg.Result.RESULT_OPERATION_FAILED and "no pose has been published" in early.error_message
+        early = call(srv.GetEntityState, "get_entity_state", entity="plant")
+        assert early.result.result == msg.Result.RESULT_OK and early.state.pose.position.x == -900.0
+        assert put(early.state) == (msg.Result.RESULT_INCORRECT_STATE,
+                                    "the run is stopped; things are put elsewhere where it is paused")
         assert set_state(control.PAUSED) == msg.Result.RESULT_OK
         assert call(srv.StepSimulation, "step_simulation", steps=2).result.result == msg.Result.RESULT_OK
         assert act(3) == msg.Result.RESULT_OK
@@ -62,8 +69,20 @@ def test_the_lander_is_driven_by_the_standard(tmp_path, operator):  # noqa: F811
         assert (speed.x, speed.y, speed.z) == pytest.approx((0.3, -0.2, 0.1), abs=0.05)
         unknown = call(srv.GetEntityState, "get_entity_state", entity="rover").result
         assert unknown.result == msg.Result.RESULT_NOT_FOUND
-        assert call(srv.SetEntityState, "set_entity_state", entity="plant").result.result == (
-            msg.Result.RESULT_FEATURE_UNSUPPORTED)
+        state.pose.position.z, state.twist.linear.y = 250.0, 0.4
+        assert put(state)[0] == msg.Result.RESULT_OK
+        state = call(srv.GetEntityState, "get_entity_state", entity="plant").state
+        assert (state.pose.position.z, state.twist.linear.y) == (250.0, 0.4)
+        assert call(srv.StepSimulation, "step_simulation", steps=10).result.result == msg.Result.RESULT_OK
+        after = call(srv.GetEntitiesStates, "get_entities_states").states[0]
+        assert after.pose.position.y - state.pose.position.y == pytest.approx(0.4, abs=0.05)  # [m] in 1 s
+        state.pose.orientation.w = 3.0
+        assert put(state)[0] == srv.SetEntityState.Response.INVALID_POSE
+        state.pose.orientation.w = math.nan
+        assert put(state)[0] == srv.SetEntityState.Response.INVALID_POSE
+        after.header.frame_id = "base_link"
+        assert put(after)[0] == msg.Result.RESULT_FEATURE_UNSUPPORTED
+        assert put(after, "rover")[0] == msg.Result.RESULT_NOT_FOUND
         alone = call(srv.ResetSimulation, "reset_simulation", scope=srv.ResetSimulation.Request.SCOPE_TIME).result
         assert alone.result == msg.Result.RESULT_FEATURE_UNSUPPORTED
         assert call(srv.ResetSimulation, "reset_simulation").result.result == msg.Result.RESULT_OK

@@ -7,9 +7,12 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from spacerobot_ros.inertial_parameters import prior
 from tests.spacerobot.spacerobot_loop import FILTERED, HARMONIC, LYAPUNOV, NATURAL, RLS, ROBOT, run
+
+pytestmark = pytest.mark.xdist_group("the robot's loop")  # compiled once
 
 ROOT = Path(__file__).parents[2]
 

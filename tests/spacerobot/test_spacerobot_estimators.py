@@ -16,6 +16,8 @@ from spacerobot_ros.lyapunov_law import adaptation_gain, lyapunov_update
 from tests.spacerobot.spacerobot_cases import Signals, forward, plant_of, random_robot, regress, tree_at
 from tests.spacerobot.spacerobot_loop import FILTERED, HARMONIC, LYAPUNOV, RLS, ROBOT, Sampling, initial_state, run
 
+pytestmark = pytest.mark.xdist_group("the robot's loop")  # compiled once
+
 PI = ROBOT.pi
 
 

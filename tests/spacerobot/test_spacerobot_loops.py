@@ -11,6 +11,8 @@ from spacerobot_ros.natural_adaptation import project
 from spacerobot_ros.sampling import damping_rates, sampling_number
 from tests.spacerobot.spacerobot_loop import HARMONIC, K_D0, LYAPUNOV, NATURAL, RLS, ROBOT, THETA_0, initial_state, run
 
+pytestmark = pytest.mark.xdist_group("the robot's loop")  # compiled once
+
 PI = ROBOT.pi
 PRIOR = prior(PI, 0.2, 5)
 

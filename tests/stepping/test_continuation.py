@@ -14,6 +14,7 @@ from flight_graph.bags.reader import read_bag
 from flight_graph.engines.checkpoint import Checkpoint
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.errors import FlightError
+from flight_graph.graphs import metrics
 from flight_graph.graphs.scenario import load
 from flight_graph.recordings import beginning
 from flight_graph.recordings.continuation import continued, memory_from
@@ -210,3 +211,12 @@ def test_a_branch_sets_what_an_event_has_set(tmp_path):
         memory = memory_from(made.scenario, made.begin.checkpoint, round(t_s * 1000))
         record = np.frombuffer(memory.arrays["P_controller"], made.scenario.graph.nodes["controller"].component.parameters.dtype)
         assert record["lambda_a"][0].tolist() == [0.06] * 3 and record["lambda_u"][0].tolist() == list(lambda_u)
+
+
+@pytest.mark.parametrize("name", ["cubli_bennu", "lander_faults", "rovers_and_lander"])
+def test_the_last_tick_by_itself_is_a_run(name):
+    """So short a part has no metrics of what is summed up once a second, and no error either."""
+    scenario = load(name, {"duration_s": 1.95})
+    part = CompiledRun(scenario).run(begin=memory_from(scenario, None, scenario.ticks - 1))
+    found = metrics.compute(scenario, part)
+    assert not [key for key in found if key.endswith(("height_m", "friction_ratio_max")) and "rover" not in key]

@@ -170,6 +170,10 @@ def test_the_first_difference_from_another_bag(bags, whole):
     assert (found.component, found.tick) == ("controller", 100) and run.upcoming[0] != "controller"
     value = run.read(f"controller.{found.port}.{found.field}")
     assert value == found.here != found.there
+    late = Stepper(f"{bags / 'one'}@0.497")  # no message of the slow topics is behind it
+    assert first_difference(late, open_recorded(bags / "one")) is None and late.tick == 500
+    with pytest.raises(FlightError, match="there is no t = 0.6 s in this bag: the run goes from 0 to 0.5 s"):
+        Stepper(f"{bags / 'one'}@0.6")
 
 
 def test_a_single_flipped_bit_is_found(bags, tmp_path):

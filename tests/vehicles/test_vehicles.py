@@ -12,6 +12,7 @@ from flight_graph.components import namespaces
 from flight_graph.components.component import Component
 from flight_graph.components.foreign import Untrusted, refuse
 from flight_graph.components.parameter_file import overrides
+from flight_graph.engines import moved, part_calls, parts
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.errors import FlightError
 from flight_graph.graphs import metrics
@@ -66,6 +67,22 @@ def test_each_flies_as_alone_with_its_seed(group, path):
     for name in path:
         seed = seed_of(seed, name)
     assert_alike(flown(inside(seed=seed)), group[1], ".".join(path))
+
+
+def test_one_machine_code_serves_every_namespace():
+    """Copies bring each number of a record to its place, and nothing of the frame's name; no name makes code anew."""
+    for name in ("a", "a_name_that_nobody_has_taken"):
+        inside = namespaces.within(chain.Gauge, name)
+        for plain, signal in [(chain.Gauge.outputs[port], one) for port, one in inside.outputs.items()]:
+            one, other = np.zeros(plain.dtype.itemsize, "u1"), signal.zeros(1).view("u1").copy()
+            for number, (_, _, here, size) in enumerate(signal.leaves()):
+                other[here:here + size] = number + 1
+            for there, here, size in moved.stretches(plain, signal):
+                one[there:there + size] = other[here:here + size]
+            for number, (_, _, there, size) in enumerate(plain.leaves()):
+                assert (one[there:there + size] == number + 1).all(), (name, number)
+        keys = {parts.key(moved.made_of(inside), part) for part in part_calls.parts(inside)}
+        assert keys == {parts.key(chain.Gauge, part) for part in part_calls.parts(chain.Gauge)}
 
 
 def test_two_of_one_kind_have_noise_of_their_own(group):

@@ -33,7 +33,7 @@ def served(source, speed):
     thread.start()
     viewer = Viewer(stream.port)
     try:
-        viewer.until(lambda: len(viewer.channels) >= len(source.streams) + len(source.quantities), "all channels")
+        viewer.until(lambda: len(viewer.channels) >= len(source.streams) + len(source.typed), "all channels")
         yield viewer, said
     finally:
         stop.set()
@@ -60,7 +60,7 @@ def test_a_bag_comes_whole_and_every_named_number_has_its_name_and_value():
     source = BagSource(bag)
     with served(source, 50.0) as (viewer, _):
         viewer.subscribe()
-        last = [quantity.own_topic for quantity in source.quantities if quantity.topic == "/cubli/funnel"]
+        last = [one.own_topic for one in source.typed if one.topic == "/cubli/funnel"]
         viewer.until(lambda: all(len(viewer.messages.get(topic, ())) == info.count for topic, info in bag.topics.items())
                      and all(len(viewer.messages.get(topic, ())) == 50 for topic in last), "every message of the bag")
     for topic, info in bag.topics.items():

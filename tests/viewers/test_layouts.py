@@ -71,6 +71,25 @@ def test_foxglove_shows_numbers_that_are_there_each_once_in_its_topic_and_no_pan
     assert found["configById"]["3D!picture"]["topics"].keys() <= seen.keys() | {"/scene"}
 
 
+def test_models_of_several_vehicles_have_the_prefix_of_their_frames():
+    """The links of each URDF, behind the prefix that the layout gives them, are frames of the bag's tf."""
+    with AnyReader([ROOT / "bags/rovers_and_lander"]) as reader:
+        said = {connection.topic: [] for connection in reader.connections}
+        for connection, _, raw in reader.messages():
+            if connection.topic.endswith(("/tf", "/tf_static", "/robot_description")):
+                said[connection.topic].append(reader.deserialize(raw, connection.msgtype))
+    frames = {one.child_frame_id for topic in ("/tf", "/tf_static") for message in said[topic] for one in message.transforms}
+    scenario = load("rovers_and_lander")
+    layers = json.loads(text_of(scenario, "foxglove"))["configById"]["3D!picture"]["layers"]
+    models = [(one["topic"], one["framePrefix"]) for one in layers.values() if one["layerId"] == "foxglove.Urdf"]
+    shown = yaml.safe_load(text_of(scenario, "rviz"))["Visualization Manager"]["Displays"]
+    assert models == [(one["Description Topic"]["Value"], one["TF Prefix"] + "/") for one in shown if "TF Prefix" in one]
+    assert len(models) == 3
+    for topic, prefix in models:
+        links = [link.get("name") for link in ElementTree.fromstring(said[topic][0].data).iter("link")]
+        assert {prefix + link for link in links} <= frames, (topic, links)
+
+
 def test_plotjuggler_has_the_curves_that_its_parser_makes(name, seen):
     root = ElementTree.fromstring(text_of(load(name), "plotjuggler"))
     curves = {curve.get("name") for curve in root.iter("curve")}

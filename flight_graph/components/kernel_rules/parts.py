@@ -11,7 +11,7 @@ from flight_graph.components.kernel_rules.walk import Walk
 from flight_graph.components.sources import Source, source
 from flight_math.kernel import plain
 
-PARTS = ("start", "kernel", "output", "update")
+PARTS = ("start", "kernel", "output", "update", "place")
 FIRST = ("t_ns", "p", "x")
 GROUPS = {"kernel": "inputs, outputs", "output": "outputs", "update": "inputs"}
 MOST_ARGUMENTS = 7  # a part with more takes its ports in named tuples
@@ -19,8 +19,8 @@ MOST_ARGUMENTS = 7  # a part with more takes its ports in named tuples
 
 def expected(component, part: str, given=()) -> list[str]:
     """The arguments of a part, by name; one named tuple of all inputs (outputs) where ``given`` says inputs (outputs)."""
-    if part == "start":
-        return ["p", "x"]
+    if part in ("start", "place"):
+        return ["p", "x", *(["placement"] if part == "place" else [])]
     inputs = [] if part == "output" else list(component.inputs)
     outputs = [] if part == "update" else list(component.outputs)
     return [*FIRST, *(["inputs"] if "inputs" in given else inputs), *(["outputs"] if "outputs" in given else outputs)]
@@ -94,6 +94,8 @@ def _kinds(component, part, wanted):
             kinds.append(records.parameters(component))
         elif name == "x":
             kinds.append(records.state(component))
+        elif part == "place":
+            kinds.append(records.placement())
         elif name in ("inputs", "outputs"):
             role = name.rstrip("s")
             kinds.append(Record(name, name, {key: port(key, role) for key in getattr(component, name)}))

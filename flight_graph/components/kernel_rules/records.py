@@ -3,6 +3,7 @@
 import numpy as np
 
 from flight_graph.components.kernel_rules.kinds import Array, Number, Record, Value
+from flight_graph.components.placement import Placement
 from flight_math.values.views import NO_KINDS, Kinds, View, is_value_class, reads_as
 from msg_schemas.signal import Signal
 
@@ -17,6 +18,11 @@ def parameters(component) -> Record:
 def state(component) -> Record:
     """The record x of a component."""
     return _declared(component.state, "state")
+
+
+def placement() -> Record:
+    """The record of the part ``place``."""
+    return _declared(Placement, "input")
 
 
 def message(signal: Signal, kinds: Kinds, role: str) -> Record:

@@ -1,0 +1,1 @@
+"""The pages of the handbook's site that are made when it is built, and how the written ones get in."""
