@@ -11,6 +11,8 @@ from pages.staging import ROOT, page_of
 
 INDEX = "Python interface"
 SECTIONS = {  # page -> its title, what it is for, its modules
+    "notebook": ("For a notebook", "Runs, campaigns, pictures and tables under the names of the commands, from one import.", (
+        "flight_graph.notebook", "flight_graph.tables")),
     "bags": ("Reading bags", "Any bag as NumPy arrays; a run's bag with its scenario; comparing and exporting.", (
         "flight_graph.bags.reader", "flight_graph.bags.topics", "flight_graph.bags.layout", "flight_graph.bags.errors",
         "flight_graph.bags.diff", "flight_graph.bags.export", "flight_graph.recordings.recording",
@@ -42,7 +44,7 @@ SECTIONS = {  # page -> its title, what it is for, its modules
         "flight_graph.requirements.evidence")),
     "seeing": ("Scenes and pictures", "What a vehicle looks like, where it is, and numbers over time.", (
         "flight_graph.scenes.scene", "flight_graph.scenes.finding", "flight_graph.scenes.motion",
-        "flight_graph.viewers.rerun_stream", "flight_graph.plots.series")),
+        "flight_graph.viewers.rerun_stream", "flight_graph.plots.bag_lines", "flight_graph.bags.series")),
 }
 OPTIONS = {"flight_math": ["   :exclude-members: kernel"], "flight_math.elementary": []}  # what is exported from elsewhere
 

@@ -21,6 +21,7 @@ MOST_LINES = 12  # of a panel and run
 MOST_POINTS = 20_000  # of a line
 MOST_MARKS = 25
 MINUS = " - "  # between two fields: their difference
+OR = " or "  # in the unit of a joint that may turn or slide
 LINES_AT_FIRST = 4  # of a series that is drawn without having been asked for
 MARK_COLOURS = {FAULT: "#c0392b", LIMIT: "#d68910", ACT: "#6c4a9e", MODE: "#0b6e99", SETTING: "#2e8b57", END: "#1c2833"}
 
@@ -62,11 +63,12 @@ def series_of(run: BagLines, field: str) -> Series:
     a, b = run.find(first.strip()), run.find(second.strip())
     if len(a.lines) != len(b.lines):
         raise FlightError(f"'{field}': the first has {len(a.lines)} numbers, the second {len(b.lines)}")
-    if a.unit and b.unit and a.unit != b.unit:
+    shared = [unit for unit in a.unit.split(OR) if unit in b.unit.split(OR)]
+    if a.unit and b.unit and not shared:
         raise FlightError(f"'{field}': the first is in {a.unit}, the second in {b.unit}")
     newest = np.searchsorted(b.t, a.t, side="right") - 1  # message of the second
     lines = tuple(replace(one, values=_less(one.values, other.values, newest)) for one, other in zip(a.lines, b.lines))
-    return replace(a, name=f"{a.name} less {b.key}", unit=a.unit or b.unit, lines=lines)
+    return replace(a, name=f"{a.name} less {b.key}", unit=OR.join(shared) or a.unit or b.unit, lines=lines)
 
 
 def _less(values, others, newest) -> np.ndarray:

@@ -163,10 +163,11 @@ def test_an_estimate_less_the_truth(flight, drawn, tmp_path):
     a = write_bag(tmp_path / "a", 1)
     status, _, err = flight("plot", "a", "/cubli/imu.angular_velocity - /cubli/imu.linear_acceleration", "--out", "p.png")
     assert status == 2 and "the first is in rad/s, the second in m/s^2" in err
-    status, _, err = flight("plot", "a", "/cubli/imu.angular_velocity.x - /cubli/wheels.position[wheel_x]", "--out", "p.png")
+    status, _, err = flight("plot", "a", "/cubli/imu.angular_velocity.x - /cubli/wheels.velocity[wheel_x]", "--out", "p.png")
     assert status == 0, err
     (line,) = drawn[0].axes[0].lines
-    newest = np.repeat(a.wheels["position"][:, 0], 2)  # the wheels speak at every second message of the inertial unit
+    assert drawn[0].axes[0].get_ylabel() == "[rad/s]"
+    newest = np.repeat(a.wheels["velocity"][:, 0], 2)  # the wheels speak at every second message of the inertial unit
     assert (line.get_ydata() == a.imu["angular_velocity"][:, 0] - newest).all()
-    status, _, err = flight("plot", "a", "/cubli/imu.angular_velocity - /cubli/wheels.position[wheel_x]")
+    status, _, err = flight("plot", "a", "/cubli/imu.angular_velocity - /cubli/wheels.velocity[wheel_x]")
     assert status == 2 and "the first has 3 numbers, the second 1" in err
