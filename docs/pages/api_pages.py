@@ -11,7 +11,7 @@ from pages.staging import ROOT, page_of
 
 INDEX = "Python interface"
 SECTIONS = {  # page -> its title, what it is for, its modules
-    "notebook": ("For a notebook", "Runs, campaigns, pictures and tables under the names of the commands, from one import.", (
+    "notebook": ("For a notebook", "Runs, campaigns, pictures and tables by the names of the commands, from one import.", (
         "flight_graph.notebook", "flight_graph.tables")),
     "bags": ("Reading bags", "Any bag as NumPy arrays; a run's bag with its scenario; comparing and exporting.", (
         "flight_graph.bags.reader", "flight_graph.bags.topics", "flight_graph.bags.layout", "flight_graph.bags.errors",
