@@ -64,7 +64,9 @@ def test_commands_are_commands_and_their_scenarios_are_sound(path, tmp_path, mon
         if scenario and str(scenario) not in made and words[1] in ("run", "sweep", "list", "serve"):
             settings = overrides(scenario, given.get("settings"), given.get("params"), None, given.get("duration"), None)
             data, origin, folder = read(scenario, settings)
-            Scenario({**data, "vary": Besides(tuple(given.get("vary") or ())).of(data.get("vary"))}, origin, folder)
+            vary = Besides(tuple(given.get("vary") or ())).of(data.get("vary"))
+            said = Scenario({**data, "vary": vary}, origin, folder).warnings()
+            assert [one for one in said if "has no effect" in one] == []
         if given.get("out"):
             made.add(str(given["out"]))
 

@@ -1,5 +1,7 @@
 """Pictures of any bag and campaign: what is drawn, what is said of a name that there is not, and what runs warn of."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -16,6 +18,8 @@ from flight_graph.reports.fewer_faces import fewer
 from tests.bag.sample_bags import write_bag
 from tests.commands import runner
 from tests.reports.campaigns import made
+
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture
@@ -128,6 +132,8 @@ def test_names_of_runs_tell_them_apart(tmp_path):
     ("cubli_gains", {}, 2, "case 2 (case 3), seed 0"),
     ("cubli_seeds", {}, 5, "case 5, seed 6"),
     ("cubli_bennu", {"plant.latitude": 1.5708}, None, "seed 0, plant.latitude = 1.5708"),
+    ("cubli_asteroid", {"controller.use": f"{ROOT}/examples/sliding_controller.py:SlidingController"}, None,
+     "seed 1, controller.use = sliding_controller.py:SlidingController"),
 ])
 def test_what_was_set_is_found_again(name, given, case, words):
     scenario = load(name, given, case)
