@@ -75,9 +75,11 @@ def _show_events(scenario):
     """What changes while it runs."""
     from rich.table import Table
     if found := scenario.events():
-        table = Table("at (s)", "parameter", "value", title="events", title_justify="left")
+        table = Table("at (s)", "what is set", "value", title="events", title_justify="left")
         for entry in sorted(found, key=lambda entry: entry.at_s):
-            for name, value in entry.set.items():
+            placed = {f"{name}, put: {key}": value
+                      for name, given in (entry.place or {}).items() for key, value in given.items()}
+            for name, value in [*(entry.set or {}).items(), *placed.items()]:
                 add(table, f"{entry.at_s:g}", name, value)
         console.print(table)
 

@@ -99,9 +99,13 @@ def _settings(run):
         except ValueError:
             continue
     for entry in entries:
-        at, given = entry.get("at_s"), entry.get("set")
-        if isinstance(at, (int, float)) and isinstance(given, dict):
+        at, given = entry.get("at_s"), {**_mapping(entry.get("set")), **_mapping(entry.get("place"))}
+        if isinstance(at, (int, float)) and given:
             yield Mark(float(at), SETTING, short(", ".join(f"{key} = {value}" for key, value in given.items()), 160))
+
+
+def _mapping(value) -> dict:
+    return value if isinstance(value, dict) else {}
 
 
 def _end(run):

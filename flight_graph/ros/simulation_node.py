@@ -27,7 +27,7 @@ from flight_graph.ros.texts import TYPE, text_payload
 from flight_graph.timebase import SECOND
 
 _THREADS = 4  # calls that may wait at the same time
-_NO_RESET = "the run cannot be taken back: its nodes were not started by flight run"
+_NO_RESET = "the run cannot be taken back: its nodes were started neither by flight run nor by a launch file"
 
 
 class SimulationNode(Node):

@@ -35,11 +35,15 @@ def _placed(node):
         wanted = node.placements
     except FlightError as error:
         return control.Answer(control.FAILED, str(error))
+    done = []
     for name, given in wanted.items():
         answer = node.simulation.place(name, partial(node.entities.put, name, given), False)
         if not answer.is_ok:
-            return answer
-    return replace(answer, text=f"{' and '.join(wanted)}{answer.text.removeprefix(name)}")
+            return replace(answer, text="; ".join([answer.text, *(f"{one} is put already" for one in done)]))
+        done.append(name)
+    if done[1:]:
+        return replace(answer, text=f"{' and '.join(done)} are{answer.text.removeprefix(f'{name} is')}")
+    return answer
 
 
 def _entities(node):

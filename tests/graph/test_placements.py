@@ -4,12 +4,14 @@ import math
 
 import numpy as np
 import pytest
+import yaml
 from scipy.spatial.transform import Rotation
 
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.errors import FlightError
 from flight_graph.graphs.scenario import Scenario, load
 from flight_graph.stepping.stepper import Stepper
+from tests.commands import runner
 from tests.faults.engines import fly, plainly
 from tests.graph import toy
 
@@ -106,6 +108,13 @@ def test_the_rover_is_not_put_into_the_ground_nor_anywhere_once_its_run_is_decid
     run = Stepper(load("cubli_bennu"))
     put = run.branch(place={"plant": {"orientation": [1.0, 0.0, 0.0, 0.0]}})
     assert not put.step() and "a corner in the ground" in put.stopped
+
+
+def test_a_list_shows_what_is_put_where(tmp_path, monkeypatch, capsys):
+    data = movable([{"at_s": 0.25, "place": {"plant": {"velocity": [0.0, 0.5, 0.0]}}}])
+    (tmp_path / "toy.yaml").write_text(yaml.safe_dump(data))
+    status, out, _ = runner(monkeypatch, capsys)("list", tmp_path / "toy.yaml", "--trust")
+    assert status == 0 and "plant, put: velocity" in out and "[0.0, 0.5, 0.0]" in out
 
 
 @pytest.mark.parametrize("place, said", [
