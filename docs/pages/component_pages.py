@@ -102,8 +102,12 @@ def _quantities(signal: Signal):
             continue
         count = dtype.shape[0] if dtype.ndim else 1
         names = signal.fixed.get("name")  # of joints, all of which turn here
-        unit = units.get(path) or JOINT_UNITS.get(path, "").partition(" or ")[0] if names else units.get(path, "1" if "orientation" in path or (
-            "quaternion" in path) else "")
+        if path in units:
+            unit = units[path]
+        elif names:
+            unit = JOINT_UNITS.get(path, "").partition(" or ")[0]
+        else:
+            unit = "1" if "orientation" in path or "quaternion" in path else ""
         yield path, count, unit, ", ".join(names) if names and count == len(names) else ""
 
 
