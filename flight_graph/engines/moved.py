@@ -5,6 +5,7 @@ part is that of the component in no namespace; what is called in its place copie
 code has them, calls it, and copies its outputs back. So every namespace is served by one code, with the same bits.
 """
 
+import hashlib
 from functools import cache
 
 from flight_graph.components.component import Component
@@ -17,10 +18,7 @@ _ENTRY = """
 declare void @llvm.memcpy.p0.p0.i64(ptr, ptr, i64, i1)
 declare void @{inner}(i64, ptr, ptr, ptr)
 define void @{symbol}(i64 %t_ns, ptr noalias %p, ptr noalias %x, ptr noalias %io) {{
-  %records = alloca [{count} x ptr], align 8
-{before}
-  call void @{inner}(i64 %t_ns, ptr %p, ptr %x, ptr %records)
-{after}
+{text}
   ret void
 }}
 """
@@ -41,9 +39,9 @@ def called(component: type[Component], part: str, inner: str, address: int) -> i
     pairs = _pairs(component, part)
     if all(plain.dtype == signal.dtype for plain, signal in pairs):
         return address
-    symbol = f"{inner}_in_{'_'.join(str(signal.dtype.itemsize) for _, signal in pairs)}"
-    text = _text(symbol, inner, pairs, len(ports(component, part)[0]))
-    return machine.load_text(symbol, text, {inner: address})
+    text = _text(inner, pairs, len(ports(component, part)[0]))  # two namespaces may differ in places alone, not in sizes
+    symbol = f"{inner}_in_{hashlib.sha256(text.encode()).hexdigest()[:32]}"
+    return machine.load_text(symbol, _ENTRY.format(symbol=symbol, inner=inner, text=text), {inner: address})
 
 
 def _pairs(component, part) -> list[tuple[Signal, Signal]]:
@@ -69,8 +67,8 @@ def stretches(plain: Signal, moved: Signal) -> list[tuple[int, int, int]]:
     return found
 
 
-def _text(symbol, inner, pairs, inputs) -> str:
-    """The intermediate code of what is called. inputs: how many of the records are inputs, the first ones."""
+def _text(inner, pairs, inputs) -> str:
+    """The intermediate code in what is called. inputs: how many of the records are inputs, the first ones."""
     before, after = [], []
     for i, (plain, moved) in enumerate(pairs):
         before += [f"  %io{i} = getelementptr ptr, ptr %io, i64 {i}", f"  %here{i} = load ptr, ptr %io{i}",
@@ -82,8 +80,8 @@ def _text(symbol, inner, pairs, inputs) -> str:
         for number, (there, here, size) in enumerate(stretches(plain, moved)):
             before += _copy(f"{i}.{number}", there, here, size, i, True)
             after += _copy(f"{i}.{number}.back", there, here, size, i, False) if i >= inputs else []
-    return _ENTRY.format(symbol=symbol, inner=inner, count=max(len(pairs), 1), before="\n".join(before),
-                         after="\n".join(after))
+    call = f"  call void @{inner}(i64 %t_ns, ptr %p, ptr %x, ptr %records)"
+    return "\n".join([f"  %records = alloca [{max(len(pairs), 1)} x ptr], align 8", *before, call, *after])
 
 
 def _copy(name, there, here, size, i, is_in):

@@ -85,6 +85,17 @@ def test_one_machine_code_serves_every_namespace():
         assert keys == {parts.key(chain.Gauge, part) for part in part_calls.parts(chain.Gauge)}
 
 
+def test_names_whose_messages_differ_in_places_alone():
+    """Names of three and of four letters: messages of one size, in which a byte behind the frame's name lies elsewhere."""
+    one = {"name": "above", "title": "an altimeter", "duration_s": 0.4, "components": {
+        "plant": {"use": "sim_nodes/lander_plant", "rate_hz": 10},
+        "altimeter": {"use": "sim_nodes/lander_altimeter", "rate_hz": 10}}}
+    data = whole({"abc": one, "abcd": one}, 0.4)
+    together = flown(data)
+    for name in ("abc", "abcd"):
+        assert_alike(flown({**one, "seed": seed_of(5, name)}), together, name)
+
+
 def test_two_of_one_kind_have_noise_of_their_own(group):
     a, b = (group[1][f"{name}/chain/imu"].records["angular_velocity"] for name in ("chain_a", "chain_b"))
     assert a.shape != b.shape or (a != b).any()
