@@ -86,14 +86,14 @@ def test_one_machine_code_serves_every_namespace():
 
 
 def test_names_whose_messages_differ_in_places_alone():
-    """Names of three and of four letters: messages of one size, in which a byte behind the frame's name lies elsewhere."""
-    one = {"name": "above", "title": "an altimeter", "duration_s": 0.4, "components": {
-        "plant": {"use": "sim_nodes/lander_plant", "rate_hz": 10},
-        "altimeter": {"use": "sim_nodes/lander_altimeter", "rate_hz": 10}}}
-    data = whole({"abc": one, "abcd": one}, 0.4)
-    together = flown(data)
-    for name in ("abc", "abcd"):
-        assert_alike(flown({**one, "seed": seed_of(5, name)}), together, name)
+    """Messages of one size, in which a byte behind the frame's name lies elsewhere: names of so many letters, and one more."""
+    one = chain.data()
+    together = flown(whole({"a" * letters: one for letters in range(3, 8)}, 0.3))
+    for letters in range(3, 8):
+        name = "a" * letters
+        assert together[f"{name}/chain/range"].records["radiation_type"].tolist() == [200] * len(
+            together[f"{name}/chain/range"].records), name
+        assert_alike(flown({**one, "duration_s": 0.3, "seed": seed_of(5, name)}), together, name)
 
 
 def test_two_of_one_kind_have_noise_of_their_own(group):
