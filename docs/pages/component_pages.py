@@ -102,8 +102,9 @@ def _quantities(signal: Signal):
             continue
         count = dtype.shape[0] if dtype.ndim else 1
         names = signal.fixed.get("name")  # of joints, all of which turn here
-        unit = units.get(path) or JOINT_UNITS.get(path, "").partition(" or ")[0] if names else units.get(path, "1" if "orientation" in path or (
-            "quaternion" in path) else "")
+        unit = units.get(path, "1" if "orientation" in path or "quaternion" in path else "")
+        if names and not unit:
+            unit = JOINT_UNITS.get(path, "").partition(" or ")[0]
         yield path, count, unit, ", ".join(names) if names and count == len(names) else ""
 
 
