@@ -75,8 +75,10 @@ class Stepper:
                 self.recorded = open_recorded(path, trust)
                 source, begin = self.recorded.scenario, self.recorded.first
                 continuation.refuse_realtime(self.recorded)
+            elif seconds is not None:
+                raise FlightError(f"step {source}: there is no bag at '{path}', and a time behind @ is one of a bag")
             else:
-                source, seconds = scenarios.load(str(source), settings), None
+                source = scenarios.load(str(source), settings)
         self._open(source, begin, check_bounds)
         if seconds is not None:
             self._begin_at(seconds)
