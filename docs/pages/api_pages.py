@@ -13,6 +13,8 @@ from pages.staging import ROOT, page_of
 
 INDEX = "Python interface"
 SECTIONS = {  # page -> its title, what it is for, its modules
+    "notebook": ("For a notebook", "Runs, campaigns, pictures and tables by the names of the commands, from one import.", (
+        "flight_graph.notebook", "flight_graph.tables")),
     "bags": ("Reading bags", "Any bag as NumPy arrays; a run's bag with its scenario; comparing and exporting.", (
         "flight_graph.bags.reader", "flight_graph.bags.topics", "flight_graph.bags.layout", "flight_graph.bags.errors",
         "flight_graph.bags.diff", "flight_graph.bags.export", "flight_graph.recordings.recording",
