@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 
 from flight_graph.bags.message_types import field_trees
-from flight_graph.bags.units import JOINT_UNITS, field_units
+from flight_graph.bags.units import field_units
 from flight_graph.components import registry
 from flight_graph.components.component import Component
 from flight_graph.components.described import described
@@ -95,15 +95,13 @@ def _quantities(signal: Signal):
         for _, _, label, quantity in signal.columns():
             yield label, quantity.count, quantity.unit, quantity.doc
         return
-    units = {} if signal.type_name.endswith("JointState") else field_units(
-        field_trees(signal.type_name, "", ""), signal.type_name)
+    units = field_units(field_trees(signal.type_name, "", ""), signal.type_name) | signal.units
     for path, dtype, _, _ in signal.leaves():
         if "header" in path.split("."):
             continue
         count = dtype.shape[0] if dtype.ndim else 1
-        names = signal.fixed.get("name")  # of joints, all of which turn here
-        unit = units.get(path) or JOINT_UNITS.get(path, "").partition(" or ")[0] if names else units.get(path, "1" if "orientation" in path or (
-            "quaternion" in path) else "")
+        names = signal.fixed.get("name")  # of joints
+        unit = units.get(path, "1" if "orientation" in path or "quaternion" in path else "")
         yield path, count, unit, ", ".join(names) if names and count == len(names) else ""
 
 
