@@ -29,7 +29,7 @@ develop: setup $(TESTERS) ## the packages of the tests as well
 viewers: setup ## Rerun and the stream to Foxglove, for flight view and flight serve (500 MB)
 	requirements/install.sh --viewers
 
-docs: setup ## the handbook as a site, in build/site (90 MB of packages)
+docs: setup ## the handbook as a site, in build/site (250 MB of packages)
 	requirements/install.sh --docs
 	@$(BIN)/python docs/build.py --execute
 

@@ -1,9 +1,9 @@
-"""The pages of the rover's run of 60 s and of the lander's campaign: how long they take, how large they are, how fast they
-open, and the pictures of them in docs/reports.md.
+"""The page of the lander's campaign: how long it takes and how large it is; and the pictures of docs/reports.md, of it and
+of the page of the rover's run.
 
     python benchmarks/report_page.py [--runs N] [--pictures docs/images]
 
-Opening and pictures need a browser (chromium), the rest does not.
+Pictures need a browser (chromium). How fast a page opens: benchmarks/report_opening.py.
 """
 
 import argparse
@@ -38,7 +38,8 @@ def main() -> None:
     options = parser.parse_args()
     pictures = options.pictures and options.pictures.resolve()
     with tempfile.TemporaryDirectory() as folder:
-        _of_a_bag(Path(folder), pictures)
+        if pictures:
+            _of_a_bag(Path(folder), pictures)
         campaign = opening.run_here(load(SCENARIO), Path(folder) / "study", options.runs)
         rows = []
         for flights in (0, 100):
@@ -56,21 +57,13 @@ def main() -> None:
             photograph(path, pictures / "report.png", SIZE)
 
 
-def _of_a_bag(folder: Path, pictures: Path | None) -> None:
-    """The page of a run of 60 s."""
+def _of_a_bag(folder: Path, pictures: Path) -> None:
+    """The picture of the page of a run of 60 s."""
     bag = runs.execute(load(RUN), out=folder / RUN).bag
     os.chdir(folder)  # the page shows the bag's path as it is given
-    began = time.process_time()
     run = bag_page.read_run(bag.name, bag.name, agree)
     path = page.write(folder / "bag.html", *bag_page.page([run]))
-    print(f"page of {RUN} (60 s): {time.process_time() - began:.1f} s of CPU, {path.stat().st_size / 1e6:.2f} MB")
-    with Browser(path) as browser:
-        browser.wait("document.querySelector('[data-drawn=yes]') !== null")
-        opened = browser.run("drawnAt")
-        print(f"first figures drawn {opened / 1000.0:.2f} s after the navigation began; its thread took "
-              f"{browser.busy_s:.2f} s of CPU\n")
-    if pictures:
-        photograph(path, pictures / "bag_report.png", BAG_SIZE)
+    photograph(path, pictures / "bag_report.png", BAG_SIZE)
 
 
 def photograph(path: Path, picture: Path, size: tuple[int, int]) -> None:

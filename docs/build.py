@@ -9,10 +9,12 @@ import gc
 import os
 import shutil
 import sys
+import tempfile
 from pathlib import Path
 
 DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent
+MARK = ".handbook"  # in the folder of a site, also of one that was not finished
 sys.path[:0] = [str(DOCS), str(ROOT)]
 
 
@@ -23,7 +25,7 @@ def main() -> int:
     options.add_argument("--execute", action="store_true", help="run the notebooks, so that their pictures are shown")
     options.add_argument("--quiet", action="store_true", help="say what is wrong and no more")
     chosen = options.parse_args()
-    os.environ["NUMBA_DISABLE_JIT"] = "1"
+    os.environ["NUMBA_DISABLE_JIT"] = "1"  # kernels are read here, not compiled
     if chosen.execute:
         os.environ["HANDBOOK_NOTEBOOKS"] = "force"
     try:
@@ -32,23 +34,29 @@ def main() -> int:
         print(f"docs: {error.name} is not installed; `make docs` installs what the site needs", file=sys.stderr)
         return 2
     gc.disable()  # a build lives for seconds, and its trees are full of circles
+    from pages.errors import PageError
     from pages.staging import Stage
     from pages.whole import write
     out = chosen.out.absolute()
-    source, files = out.parent / f"{out.name}.source", out.parent / f"{out.name}.files"
     if out.exists() and not _is_site(out):
         print(f"docs: {out} is there and is no site; name another folder: --out FOLDER", file=sys.stderr)
         return 2
-    for made in (out, source, files):
-        shutil.rmtree(made, ignore_errors=True)
-        made.mkdir(parents=True)
-    write(Stage(source, files))
-    os.environ["HANDBOOK_FILES"] = str(files)
-    kept = out / ".kept"
-    arguments = ["-c", str(DOCS), "-d", str(kept), "-W", "--keep-going", "-b", "html"]
-    status = build_main([*arguments, *(["-q"] if chosen.quiet else []), str(source), str(out)])
-    for made in (source, files, kept):
-        shutil.rmtree(made, ignore_errors=True)
+    shutil.rmtree(out, ignore_errors=True)
+    out.mkdir(parents=True)
+    (out / MARK).touch()
+    with tempfile.TemporaryDirectory(prefix="handbook-") as work:
+        source, files, kept = (Path(work, name) for name in ("docs", "files", "kept"))
+        source.mkdir()
+        files.mkdir()
+        try:
+            write(Stage(source, files))
+        except PageError as error:
+            print(f"docs: {error}", file=sys.stderr)
+            return 2
+        os.environ["HANDBOOK_FILES"] = str(files)
+        del os.environ["NUMBA_DISABLE_JIT"]  # numba has read it; what notebooks start compiles
+        arguments = ["-c", str(DOCS), "-d", str(kept), "-W", "--keep-going", "-b", "html"]
+        status = build_main([*arguments, *(["-q"] if chosen.quiet else []), str(source), str(out)])
     if status:
         print(f"docs: the site has what stands above; it is not complete ({out})", file=sys.stderr)
         return 1
@@ -57,7 +65,8 @@ def main() -> int:
 
 
 def _is_site(folder) -> bool:
-    return not any(folder.iterdir()) or any((folder / name).exists() for name in ("objects.inv", ".kept"))
+    """Whether a build may replace the folder: it is empty, or a build has made it, to its end or not."""
+    return folder.is_dir() and (not any(folder.iterdir()) or (folder / MARK).exists())
 
 
 if __name__ == "__main__":

@@ -5,8 +5,6 @@ import sys
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
-os.environ.setdefault("NUMBA_DISABLE_JIT", "1")  # kernels are read here, not compiled
-
 DOCS = Path(__file__).resolve().parent
 sys.path[:0] = [str(DOCS), str(DOCS.parent)]
 

@@ -5,12 +5,16 @@ What the handbook and the examples import is here. The text of each page is in t
 
 import importlib
 import inspect
+from importlib.util import find_spec
 from pathlib import Path
 
+from pages.errors import PageError
 from pages.staging import ROOT, page_of
 
 INDEX = "Python interface"
 SECTIONS = {  # page -> its title, what it is for, its modules
+    "notebook": ("For a notebook", "Runs, campaigns, pictures and tables by the names of the commands, from one import.", (
+        "flight_graph.notebook", "flight_graph.tables")),
     "bags": ("Reading bags", "Any bag as NumPy arrays; a run's bag with its scenario; comparing and exporting.", (
         "flight_graph.bags.reader", "flight_graph.bags.topics", "flight_graph.bags.layout", "flight_graph.bags.errors",
         "flight_graph.bags.diff", "flight_graph.bags.export", "flight_graph.recordings.recording",
@@ -42,7 +46,7 @@ SECTIONS = {  # page -> its title, what it is for, its modules
         "flight_graph.requirements.evidence")),
     "seeing": ("Scenes and pictures", "What a vehicle looks like, where it is, and numbers over time.", (
         "flight_graph.scenes.scene", "flight_graph.scenes.finding", "flight_graph.scenes.motion",
-        "flight_graph.viewers.rerun_stream", "flight_graph.plots.series")),
+        "flight_graph.viewers.rerun_stream", "flight_graph.bags.series", "flight_graph.plots.bag_lines")),
 }
 OPTIONS = {"flight_math": ["   :exclude-members: kernel"], "flight_math.elementary": []}  # what is exported from elsewhere
 
@@ -55,6 +59,9 @@ def write(stage) -> None:
     lines += [f"| [{title}]({name}.md) | {purpose} | {', '.join(f'`{module}`' for module in modules)} |"
               for name, (title, purpose, modules) in SECTIONS.items()]
     stage.write("api/index.md", "\n".join(lines) + "\n")
+    gone = [module for *_, modules in SECTIONS.values() for module in modules if find_spec(module) is None]
+    if gone:
+        raise PageError(f"docs/pages/api_pages.py names {gone[0]}, which is not there: name the module that has its place")
     for name, (title, purpose, modules) in SECTIONS.items():
         parts = [f"# {title}", "", purpose]
         for module in modules:

@@ -3,6 +3,7 @@
 import ast
 import re
 import sys
+from collections import Counter
 from functools import cache
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from pages.staging import ROOT
 PACKAGES = {"cubli_ros": "Flight software of the Cubli rover", "spacerobot_ros": "Flight software of the space robot",
             "lander_ros": "Flight software of the asteroid lander", "sim_nodes": "Simulated truth: plants and sensors"}
 EXAMPLES = 3  # fields that are named in the table of faults
+SHARED = 3  # laws of more components than this are told in a line
 
 
 def write(stage) -> None:
@@ -33,8 +35,15 @@ def write(stage) -> None:
         lines += [f"| [{name.partition('/')[2]}]({name}.md) | {cell(described(component).summary)} |"
                   for name, component in found.items() if name.startswith(f"{package}/")] + [""]
     stage.write("components/index.md", "\n".join(lines))
+    stage.write("reference.md", without_components((ROOT / "docs/reference.md").read_text(encoding="utf-8")))
     for name, component in found.items():
         stage.write(f"components/{name}.md", "\n".join(page(name, component)) + "\n")
+
+
+def without_components(reference: str) -> str:
+    """The reference page, whose components have pages of their own here."""
+    first, heading, _ = reference.partition("\n## Components\n")
+    return f"{first}{heading}\nEach has a [page of its own](components/index.md): ports, parameters, promises, tests.\n"
 
 
 def page(name: str, component: type[Component]):
@@ -86,19 +95,14 @@ def _quantities(signal: Signal):
         for _, _, label, quantity in signal.columns():
             yield label, quantity.count, quantity.unit, quantity.doc
         return
-    units = {} if signal.type_name.endswith("JointState") else field_units(
-        field_trees(signal.type_name, "", ""), signal.type_name)
+    units = field_units(field_trees(signal.type_name, "", ""), signal.type_name) | signal.units
     for path, dtype, _, _ in signal.leaves():
         if "header" in path.split("."):
             continue
         count = dtype.shape[0] if dtype.ndim else 1
-        names = signal.fixed.get("name")
-        unit = units.get(path) or JOINT_UNITS.get(path, "") if names else units.get(path, "1" if "orientation" in path or (
-            "quaternion" in path) else "")
+        names = signal.fixed.get("name")  # of joints
+        unit = units.get(path, "1" if "orientation" in path or "quaternion" in path else "")
         yield path, count, unit, ", ".join(names) if names and count == len(names) else ""
-
-
-JOINT_UNITS = {"position": "rad", "velocity": "rad/s", "effort": "N m"}
 
 
 def _parameters(component):
@@ -239,9 +243,23 @@ def _imported(module: str) -> list[str]:
 
 def _law(component):
     yield from ["## Source and equations", ""]
-    for module in (component.__module__, *_laws(component)):
-        text = (sys.modules[module].__doc__ or "").strip()
-        yield from [f"[{module}]({_file(module)})", "", *_quoted(text), ""]
+    laws = _laws(component)
+    for module in (component.__module__, *(law for law in laws if _shared()[law] <= SHARED)):
+        yield from [f"[{module}]({_file(module)})", "", *_quoted(_told(module)), ""]
+    for module in laws:
+        if _shared()[module] > SHARED:
+            yield f"- [{module}]({_file(module)}): {_escaped(' '.join(_told(module).partition(chr(10) * 2)[0].split()))}"
+    yield ""
+
+
+@cache
+def _shared() -> Counter:
+    """Module of laws -> of how many components."""
+    return Counter(law for component in registry.components().values() for law in _laws(component))
+
+
+def _told(module: str) -> str:
+    return (sys.modules[module].__doc__ or "").strip()
 
 
 def _quoted(text):

@@ -8,6 +8,8 @@ layer goes around. Anything else is refused, so that no diagram is drawn by half
 import re
 from html import escape
 
+from pages.errors import PageError
+
 _NODE = re.compile(r'(\w+)\["(.*)"\]')
 _EDGE = re.compile(r'(\w+) (?:-- "(?P<text>.*)" -->|-\. (?P<dotted>.*) \.->|-->) (\w+)(?:\(\( \)\))?')
 LETTER, LINE, PADDING = 7.4, 17.0, 14.0  # [px] width of a letter, height of a line, around a text
@@ -15,7 +17,7 @@ BETWEEN = {"TB": (28.0, 46.0), "LR": (44.0, 150.0)}  # [px] boxes of a layer, la
 
 
 def html(source: str) -> str:
-    """The diagram as a block of HTML. Raises ValueError where it is none that this draws."""
+    """The diagram as a block of HTML. Raises PageError where it is none that this draws."""
     direction, boxes, edges = _parsed(source)
     layers = _layers(boxes, edges)
     places, width, height = _placed(direction, boxes, layers)
@@ -39,9 +41,9 @@ def _parsed(source):
         elif found := _EDGE.fullmatch(line):
             edges.append((found[1], found[4], (found["text"] or found["dotted"] or "").split("\\n"), bool(found["dotted"])))
         else:
-            raise ValueError(f"diagram: '{line}' is nothing that is drawn here")
+            raise PageError(f"diagram: '{line}' is nothing that is drawn here")
     if direction not in BETWEEN:
-        raise ValueError(f"diagram: '{first}' is not drawn here; allowed: flowchart TB, flowchart LR")
+        raise PageError(f"diagram: '{first}' is not drawn here; allowed: flowchart TB, flowchart LR")
     for name in (name for edge in edges for name in edge[:2]):
         boxes.setdefault(name, [])
     return direction, boxes, edges

@@ -10,7 +10,7 @@ SECTIONS = {  # the first page of a section -> its lists: (caption, the patterns
     "start": [],
     "tutorials/index": [("Tutorials", ["tutorials/ros_user", "tutorials/controls_researcher",
                                        "tutorials/flight_software_engineer", "tutorials/author_of_a_paper"]),
-                        ("Notebooks", ["notebooks/*"])],
+                        ("Notebooks", ["notebooks/index", "notebooks/*"])],
     "questions/index": [("", ["questions/*"])],
     "components/index": [("Cubli rover", ["components/cubli_ros/*"]), ("Space robot", ["components/spacerobot_ros/*"]),
                          ("Asteroid lander", ["components/lander_ros/*"]), ("Simulated truth", ["components/sim_nodes/*"])],
@@ -33,7 +33,7 @@ def write(folder: Path) -> None:
     """Put the lists of pages below the site's first page and those of its sections. Pages that no list names go last."""
     pages = {path.relative_to(folder).with_suffix("").as_posix() for path in folder.rglob("*")
              if path.suffix in (".md", ".ipynb")}
-    found = {first: [(caption, _of(first, patterns, pages)) for caption, patterns in lists]
+    found = {first: [(caption, _of(folder, first, patterns, pages)) for caption, patterns in lists]
              for first, lists in SECTIONS.items() if first in pages}
     named = {page for lists in found.values() for _, names in lists for page in names}
     if rest := sorted(pages - set(found) - named - {"index"}):
@@ -43,10 +43,13 @@ def write(folder: Path) -> None:
         _append(folder / f"{first}.md", lists, folder)
 
 
-def _of(first, patterns, pages):
-    out = []
+def _of(folder, first, patterns, pages):
+    """The pages of patterns, those of one pattern in the order in which the section's first page links to them."""
+    told, out = (folder / f"{first}.md").read_text(encoding="utf-8"), []
     for pattern in patterns:
-        out += [page for page in sorted(pages) if Path(page).match(pattern) and page != first and page not in out]
+        named = sorted(page for page in pages if Path(page).match(pattern) and page != first and page not in out)
+        places = {page: told.find(f"({page.rpartition('/')[2]}.") for page in named}
+        out += sorted(named, key=lambda page: places[page] if places[page] >= 0 else len(told))
     return out
 
 

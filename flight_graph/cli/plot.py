@@ -65,12 +65,10 @@ def _sorted(what: list[str]) -> tuple[list[Path], list[str]]:
 
 
 def _of_bags(bags, names, over, out, list_fields, window, vehicle, trust):
-    from flight_graph.plots import over_time, style
-    from flight_graph.plots.bag_lines import BagLines
-    from flight_graph.plots.marks import marks
-    from flight_graph.plots.names import beside, run_names
+    from flight_graph.plots import picture, style
+    from flight_graph.plots.names import beside
     with working(f"reading {', '.join(map(str, bags))}", True):
-        runs = [BagLines(bag, name) for bag, name in zip(bags, run_names(bags))]
+        runs = picture.read(bags)
     tell_unchecked(*(run.bag for run in runs))
     for run in runs:
         if run.odd_scenario:
@@ -87,41 +85,10 @@ def _of_bags(bags, names, over, out, list_fields, window, vehicle, trust):
         print(_as_the_scenario_says(runs[0].bag.path, trust, path, vehicle))
         return
     with working(f"drawing {path}", True):
-        panels = over_time.panels(runs, names) if names else over_time.first_panels(runs)
-        axis = over_time.panels(runs, [over]) if over else None
-        events = [mark for run in runs for mark in marks(run)[0]] if axis is None and len(runs) == 1 else []
-        path, thinned = over_time.draw(panels, path, _title(runs), axis, *window, events)
-    if thinned:
-        status(f"{thinned} messages of a topic are more than a picture shows: the extremes of each stretch are drawn")
-    for run in runs:
-        for topic, why in run.problems.items():
-            status(f"not read: {topic}: {why}")
+        path, notes = picture.draw(runs, names, path, over, *window)
+    for note in notes:
+        status(note)
     print(path)
-
-
-def _title(runs) -> str:
-    """What ran, with case, seed and settings of each run."""
-    if len(runs) == 1:
-        words = _words(runs[0], ": ")
-        return f"{runs[0].data.get('title') or runs[0].name}" + (f"\n{words}" if words else "")
-    titles = list(dict.fromkeys(str(run.data.get("title") or "") for run in runs))
-    first = titles[0] if len(titles) == 1 and titles[0] else f"{len(runs)} runs"
-    return "\n".join([first, "; ".join(f"{run.name}: {_words(run, ', ') or 'no scenario'}" for run in runs)])
-
-
-def _words(run, between) -> str:
-    """Name, case, seed and settings of a run."""
-    from flight_graph.components.foreign import refuse
-    from flight_graph.recordings.bag_scenario import read_scenario
-    from flight_graph.recordings.what_ran import what_ran
-    if not run.data:
-        return ""
-    try:
-        scenario = read_scenario(run.bag, refuse)
-        words = what_ran(scenario).words(scenario.seed)
-    except FlightError:
-        words = f"seed {run.data.get('seed', '?')}"
-    return f"{run.data.get('name', '')}{between}{words}"
 
 
 def _as_the_scenario_says(bag, trust, path, vehicle):

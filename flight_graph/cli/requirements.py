@@ -8,7 +8,6 @@ import typer
 
 from flight_graph.cli.show import add, console, number, status, steps
 from flight_graph.cli.trust import asked
-from flight_graph.errors import FlightError
 
 
 def check_requirements(target: str, out: Path | None, only, jobs: int, trust: bool, as_json: bool) -> None:
@@ -17,7 +16,7 @@ def check_requirements(target: str, out: Path | None, only, jobs: int, trust: bo
     from flight_graph.requirements.requirements_file import chosen, read
     content, path = read(target)
     wanted = checking.needs(chosen(content, only, str(path)), asked(trust))
-    folder, began = _new_folder(out, path.stem), time.perf_counter()
+    folder, began = checking.new_folder(out, path.stem), time.perf_counter()
     with steps(f"requirements of {path.stem}", not as_json) as advance:
         judged = checking.check(wanted, folder, jobs, number, advance, status)
     files = papers.write(folder, content.title, path.stem, judged, time.perf_counter() - began)
@@ -50,17 +49,3 @@ def table(content, judged):
             add(shown, "", f"waived: {one.requirement.waived}", "", "", "",
                 one.verdict_text if len(one.evidence) > 1 else "")
     return shown
-
-
-def _new_folder(out: Path | None, name: str) -> Path:
-    """``out`` (refused when it exists), or the next free runs/<name>-check-<n>. Raises FlightError."""
-    folder, count = out, 1
-    while folder is None or (out is None and folder.exists()):
-        folder, count = Path("runs") / f"{name}-check-{count}", count + 1
-    if out is not None and out.exists():
-        raise FlightError(f"--out {out}: it exists already; name a new folder")
-    try:
-        folder.mkdir(parents=True)
-    except OSError as error:
-        raise FlightError(f"{folder}: this folder cannot be made ({(error.strerror or str(error)).lower()})") from None
-    return folder

@@ -37,7 +37,10 @@ class _Console(Console):
     that is too wide for the terminal is shown row by row, so that it can be read at 80 columns."""
 
     def print(self, *objects, **options):
-        super().print(*(printable(item) if isinstance(item, str) else self._fitted(item) for item in objects), **options)
+        fitted = [printable(item) if isinstance(item, str) else self._fitted(item) for item in objects]
+        if any(isinstance(item, Group) for item in fitted):
+            options["soft_wrap"] = False  # blocks that are not wrapped would be cut
+        super().print(*fitted, **options)
 
     def _fitted(self, item):
         if not isinstance(item, Table):
@@ -74,10 +77,12 @@ def rows_below_each_other(table: Table, width: int) -> Group:
     short ones on a line as fit whole into the width."""
     parts = [table.title] if table.title else []
     heads = [column.header for column in table.columns]
+    above = ""
     for cells in zip(*(column.cells for column in table.columns)):
         first, *others = (cell if isinstance(cell, Text) else Text.from_markup(str(cell)) for cell in cells)
-        if first.plain:
+        if first.plain not in ("", above):
             parts.append(Text.assemble(first, style="bold"))
+        above = first.plain
         named = [Text.assemble((f"{head.plain} ", "dim"), cell) for head, cell in zip(heads[1:], others) if cell.plain]
         parts += [Padding(text, (0, 0, 0, _INDENT)) for text in _lines(named, width - _INDENT)]
     return Group(*parts)

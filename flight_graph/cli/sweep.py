@@ -75,7 +75,8 @@ def sweep(
     runs: Annotated[int | None, typer.Option(
         help="Runs in all; as the scenario says when left out. Of a campaign's folder: extend it.")] = None,
     vary: Annotated[list[str] | None, typer.Option(
-        metavar="KEY=VALUES", help="Vary plant.mass=normal:2,0.04 or c.gain=0.01:0.05:9 or ...; may be repeated.")] = None,
+        metavar="KEY=VALUES", help="Vary plant.mass=normal:2,0.04 or c.gain=0.01:0.05:9 or c.angles=3xuniform:-1,1 or ...; "
+                                   "may be repeated.")] = None,
     workers: Annotated[int | None, typer.Option(min=1, max=256, help="Threads; one a core when left out.")] = None,
     processes: Annotated[int | None, typer.Option(min=1, max=256, help="Processes in place of threads.")] = None,
     on: Annotated[str | None, typer.Option(
@@ -125,6 +126,9 @@ def sweep(
         campaign, loaded = opening.of_scenario(
             scenario, given, Besides(tuple(vary or ()), seed, sampling), runs, chunk_size,
             lambda checked: out if resume else one_run.new_folder(out, checked, "sweep"), resume, consent)
+    for key, count in loaded.vary.alike(loaded).items():
+        status(f"note: {key} is one number a run, for all of its {count} entries; {count}xuniform:FROM,TO (in a file size: "
+               f"{count}) draws each by itself")
     if plan:
         _planned(campaign, as_json)
     elif chunk is not None:
@@ -191,7 +195,8 @@ def _all(campaign, scenario, where, figure, as_json):
     print(campaign.path, flush=True)
     if figure is not None:
         print(figure, flush=True)
-    next_command("report", campaign.path)
+    is_grid = len(campaign.manifest.vary.get("grid") or {}) == 1 and not scenario.vary.is_random
+    next_command("plot" if is_grid else "report", campaign.path)
 
 
 @contextmanager

@@ -80,6 +80,14 @@ def of(scenario) -> Glossary:
     return Glossary({entry.name: entry for entry in entries}, tuple(traces), declared.get("LANDING"), is_declared)
 
 
+def joined(some) -> Glossary:
+    """Several glossaries as one: of equal names the first. Of runs beside each other."""
+    found = {}
+    for one in some:
+        found = one.metrics | found
+    return Glossary(found)
+
+
 def _inside(trace: Trace, name: str, vehicle) -> Trace:
     """The trace of a vehicle as one of the whole."""
     def function(scenario, signals):

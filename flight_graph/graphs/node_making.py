@@ -1,5 +1,6 @@
 """The nodes of a scenario's components: checked parameters, some of them taken from other components, streams of noise."""
 
+import os
 from pathlib import Path
 
 from flight_graph.components import declared, registry
@@ -79,10 +80,16 @@ def _without_effect(parameters, given, values):
     """Sentences about given parameters that change nothing: others decide them, or the chosen form does not use them."""
     defaults = parameters.defaults()
     for name, value in given.items():
-        if values[name] != value:
+        if values[name] != value and not _is_found_file(value, values[name]):
             yield f"{name} is given and has no effect: it follows from other parameters"
             continue
         for choice, words in parameters.entries[name].used_if:
             if value != defaults[name] and values[choice] not in words:
                 yield (f"{name} is given and has no effect with {choice} {values[choice]}; it is used with "
                        f"{' and '.join(words)}")
+
+
+def _is_found_file(given, found) -> bool:
+    """Whether a value is the name of a file, and what became of it the place where that file lies."""
+    return isinstance(given, str) and isinstance(found, str) and os.path.isabs(found) and (
+        os.path.basename(found) == os.path.basename(given))

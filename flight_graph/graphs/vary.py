@@ -166,6 +166,17 @@ class Vary:
                 for value in self._values(key, first):
                     nodes[name].component.parameters.validate({parameter: value}, f"{self.origin}: vary: {whole}")
 
+    def alike(self, scenario) -> dict[str, int]:
+        """Vectors of parameters for which one number is drawn: key -> how many entries take it."""
+        found, first = {}, self.sampler.draw(0)
+        for key in self.file.random:
+            reached, path = scenario.reach(key)
+            name, _, parameter = path.partition(".")
+            known = reached.graph.nodes[name].values.get(parameter) if name in reached.graph.nodes else None
+            if isinstance(known, (list, tuple)) and len(known) > 1 and isinstance(first[key], (int, float)):
+                found[key] = len(known)
+        return found
+
     def _values(self, key, first):
         """The fixed values of a key, each once where it can be; of a drawn one the first draw."""
         if key in first:

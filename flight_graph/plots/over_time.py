@@ -1,6 +1,10 @@
-"""Series of bags over time, or one over another, as one picture: a panel for each, all runs in it."""
+"""Series of bags over time, or one over another, as one picture: a panel for each, all runs in it.
 
-from dataclasses import dataclass
+``A - B`` is the difference of two series with equally many numbers, at the messages of the first: an estimate less the
+truth.
+"""
+
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +20,8 @@ MOST_PANELS = 12
 MOST_LINES = 12  # of a panel and run
 MOST_POINTS = 20_000  # of a line
 MOST_MARKS = 25
+MINUS = " - "  # between two fields: their difference
+OR = " or "  # in the unit of a joint that may turn or slide
 LINES_AT_FIRST = 4  # of a series that is drawn without having been asked for
 MARK_COLOURS = {FAULT: "#c0392b", LIMIT: "#d68910", ACT: "#6c4a9e", MODE: "#0b6e99", SETTING: "#2e8b57", END: "#1c2833"}
 
@@ -29,7 +35,10 @@ class Panel:
 
 
 def panels(runs: list[BagLines], fields: list[str]) -> list[Panel]:
-    """A panel for each field ``TOPIC.FIELD``; runs without it are left out where another one has it. Raises FlightError."""
+    """A panel for each field, ``TOPIC.FIELD`` or a difference of two. Raises FlightError.
+
+    Runs without it are left out where another one has it.
+    """
     if len(fields) > MOST_PANELS:
         raise FlightError(f"{len(fields)} fields are too many for one picture; allowed: {MOST_PANELS}")
     found = []
@@ -37,13 +46,36 @@ def panels(runs: list[BagLines], fields: list[str]) -> list[Panel]:
         shown, missing = [], None
         for run in runs:
             try:
-                shown.append((run.name, run.find(field)))
+                shown.append((run.name, series_of(run, field)))
             except FlightError as error:
                 missing = missing or error
         if not shown:
             raise missing
         found.append(Panel(shown[0][1].key, shown))
     return found
+
+
+def series_of(run: BagLines, field: str) -> Series:
+    """What ``TOPIC.FIELD`` or ``TOPIC.FIELD - TOPIC.FIELD`` names in a run. Raises FlightError."""
+    first, minus, second = field.partition(MINUS)
+    if not minus:
+        return run.find(field)
+    a, b = run.find(first.strip()), run.find(second.strip())
+    if len(a.lines) != len(b.lines):
+        raise FlightError(f"'{field}': the first has {len(a.lines)} numbers, the second {len(b.lines)}")
+    shared = [unit for unit in a.unit.split(OR) if unit in b.unit.split(OR)]
+    if a.unit and b.unit and not shared:
+        raise FlightError(f"'{field}': the first is in {a.unit}, the second in {b.unit}")
+    newest = np.searchsorted(b.t, a.t, side="right") - 1  # message of the second
+    lines = tuple(replace(one, values=_less(one.values, other.values, newest)) for one, other in zip(a.lines, b.lines))
+    return replace(a, name=f"{a.name} less {b.key}", unit=OR.join(shared) or a.unit or b.unit, lines=lines)
+
+
+def _less(values, others, newest) -> np.ndarray:
+    """Values (n,) less those of the other at its messages ``newest`` (n,), NaN before its first."""
+    if not len(others):
+        return np.full(len(values), np.nan)
+    return np.where(newest >= 0, values - others[np.maximum(newest, 0)], np.nan)
 
 
 def first_panels(runs: list[BagLines]) -> list[Panel]:

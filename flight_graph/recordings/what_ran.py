@@ -1,5 +1,6 @@
 """What was set in a run, and which case of a sweep it is: found by comparing it with the installed scenario of its name."""
 
+import os
 from dataclasses import dataclass, field
 
 from flight_graph.components import declared
@@ -119,4 +120,6 @@ def _word(value) -> str:
         if len(value) > 1 and all(same(entry, value[0]) for entry in value):
             return _word(value[0])
         return "[" + ", ".join(_word(entry) for entry in value) + "]"
+    if isinstance(value, str) and os.path.isabs(value):  # of a file, which lies elsewhere for who reads this
+        return os.path.basename(value)
     return f"{value:.6g}" if isinstance(value, float) else str(value)

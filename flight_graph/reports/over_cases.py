@@ -45,8 +45,9 @@ def draw(campaigns: list, names: list[str], fields: list[str], over: str | None,
     found = about[0].found
     manifest = campaigns[0].manifest
     varied = ", ".join(column.name for column in about[0].values.columns.values() if column.kind == "parameter")
-    title = (f"{manifest.scenario.get('title', manifest.name)}\n{', '.join(names)}: {found['rows']} runs, "
-             f"seed {about[0].values.vary.file.seed}; varied: {varied or 'nothing'}")
+    draws = f", seed {about[0].values.vary.file.seed} of the draws" if about[0].values.vary.is_random else ""
+    title = (f"{manifest.scenario.get('title', manifest.name)}\n{', '.join(names)}: {found['rows']} runs{draws}; "
+             f"varied: {varied or 'nothing'}")
     if manifest.set_by_hand:
         title += "; set: " + ", ".join(f"{key} = {value}" for key, value in manifest.set_by_hand.items())
     return style.save(figure, path, title)
@@ -121,10 +122,10 @@ def _over(place, about, names, metric, key):
         x, colour = _varied(one, key), style.COLOURS[number % len(style.COLOURS)]
         rows = rows & np.isfinite(x)
         place.plot(x[rows], column[rows], ".", ms=4, alpha=0.6, color=colour, label=style.plain(label))
-        levels = np.unique(x[rows])
+        levels, counts = np.unique(x[rows], return_counts=True)
         if 1 < len(levels) <= 60:
             middle = [np.median(column[rows & (x == level)]) for level in levels]
-            place.plot(levels, middle, "-", lw=1.2, color=colour, label=style.plain("median"))
+            place.plot(levels, middle, "-", lw=1.2, color=colour, label="median" if counts.max() > 1 else None)
         lost = int((~np.isfinite(column)).sum())
         if lost:
             place.plot([], [], " ", label=f"{lost} runs have none")

@@ -57,6 +57,20 @@ def needs(requirements: list[Requirement], consent: Consent) -> list[Need]:
     return found
 
 
+def new_folder(out: Path | None, name: str) -> Path:
+    """``out`` (refused when it exists), or the next free runs/<name>-check-<n>. Raises FlightError."""
+    folder, count = out, 1
+    while folder is None or (out is None and folder.exists()):
+        folder, count = Path("runs") / f"{name}-check-{count}", count + 1
+    if out is not None and out.exists():
+        raise FlightError(f"--out {out}: it exists already; name a new folder")
+    try:
+        folder.mkdir(parents=True)
+    except OSError as error:
+        raise FlightError(f"{folder}: this folder cannot be made ({(error.strerror or str(error)).lower()})") from None
+    return folder
+
+
 def check(wanted: list[Need], folder: Path, jobs: int, text: Callable, progress=None,
           tell=lambda sentence: None) -> list[Judged]:
     """Run and judge. folder: a new one; text(value): a value for a person; progress(done, total, name); tell(sentence).

@@ -6,9 +6,11 @@
     plant.mass=normal:2,0.04                 mean, standard deviation; drawn for every run
     plant.mass=normal:2,0.04,1.9,2.1         the same between two ends (leave one empty: open)
     plant.mass=uniform:1.9,2.1               from, to; also loguniform
+    plant.angles=3xuniform:-0.3,0.3          a vector: each of its three numbers is drawn by itself
     plant.law=choice:pd,p   seed=count:1
 """
 
+import re
 from dataclasses import dataclass
 
 from pydantic import ValidationError
@@ -21,6 +23,7 @@ from flight_graph.text_files import short
 
 FORMS = "KEY=FROM:TO:COUNT, KEY=A,B,C, KEY=normal:MEAN,DEVIATION, KEY=uniform:FROM,TO, ..."
 _NUMBERS = {"linear": 3, "geometric": 3, "uniform": 2, "loguniform": 2, "normal": (2, 4), "count": 1, "choice": None}
+_SIZE = re.compile(r"(\d{1,5})x(.+)")  # of a drawn vector
 
 
 def parse_vary(text: str) -> tuple[str, list | Spaced | Distribution]:
@@ -32,8 +35,9 @@ def parse_vary(text: str) -> tuple[str, list | Spaced | Distribution]:
     if key.endswith(".use"):  # the names of components may have a colon
         return key, _values(given, where)
     word, colon, rest = given.partition(":")
+    size, word = _sized(word, where) if colon else (None, word)
     if colon and word in _NUMBERS:
-        return key, _named(word, _values(rest, where), where)
+        return key, _named(word, _values(rest, where), where, size)
     if colon and given.count(":") == 2:
         return key, _checked(Spaced, {"linear": _values(given.replace(":", ","), where)}, where)
     if colon and word.isidentifier():
@@ -94,7 +98,15 @@ class Besides:
         return {**block, **said}
 
 
-def _named(word, values, where):
+def _sized(word, where) -> tuple[int | None, str]:
+    """How many numbers a drawn vector has, and the distribution of each: ``3xuniform``."""
+    found = _SIZE.fullmatch(word)
+    if found and found[2] in ("linear", "geometric", "count"):
+        raise FlightError(f"{where}: {found[2]} has no size; a vector is drawn: {found[1]}xuniform, {found[1]}xnormal, ...")
+    return (int(found[1]), found[2]) if found else (None, word)
+
+
+def _named(word, values, where, size=None):
     wanted = _NUMBERS[word]
     if wanted is not None and len(values) not in ((wanted,) if isinstance(wanted, int) else wanted):
         count = wanted if isinstance(wanted, int) else " or ".join(map(str, wanted))
@@ -103,9 +115,10 @@ def _named(word, values, where):
         return _checked(Spaced, {word: values}, where)
     if word == "count":
         return _checked(Distribution, {word: values[0]}, where)
-    if len(values) == 4:
-        return _checked(Distribution, {word: values[:2], "truncated": values[2:]}, where)
-    return _checked(Distribution, {word: values}, where)
+    of = {} if size is None else {"size": size}
+    if len(values) == 4 and word == "normal":
+        return _checked(Distribution, {word: values[:2], "truncated": values[2:], **of}, where)
+    return _checked(Distribution, {word: values, **of}, where)
 
 
 def _checked(model, data, where):

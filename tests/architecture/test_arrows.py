@@ -16,12 +16,12 @@ PACKAGES = {  # package -> the packages it may import
     "papers": {"msg_schemas", "flight_math", "flight_graph", "cubli_ros", "spacerobot_ros", "lander_ros", "sim_nodes"},
 }
 FLOORS = (  # of flight_graph, from the ground: a module imports its own room and the floors below
-    {"errors", "syntax"}, {"text_files", "extras"}, {"timebase", "yaml_text", "xml_text"}, {"sampling", "statistics"}, {"components"},
+    {"errors", "syntax"}, {"text_files", "extras"}, {"timebase", "yaml_text", "xml_text", "tables"}, {"sampling", "statistics"}, {"components"},
     {"bags"},
     {"faults"}, {"monitors"}, {"graphs"}, {"engines"}, {"lanes"}, {"cuda"}, {"recordings"},
     {"scenes", "plots"}, {"replays", "campaigns", "claims", "stepping"}, {"requirements", "c_export"}, {"reports"}, {"viewers"},
     {"ros"},
-    {"runs"}, {"cli"})
+    {"runs"}, {"notebook"}, {"cli"})
 
 KNOWN = modules()
 GRAPH = imports(KNOWN)

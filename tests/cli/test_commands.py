@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 import typer
 import yaml
+from rich.table import Table
 
 from flight_graph.cli import show
 from flight_graph.cli.app import app
@@ -48,6 +49,15 @@ def test_help_of_every_command_names_an_example_and_can_be_read_at_80_columns(fl
 def test_help_keeps_units_in_brackets(flight):
     for command, unit in (("fault", "How long it lasts [s]"), ("design", "Surface gravity [m/s^2]")):
         assert unit in flight(command, "--help")[1]
+
+
+def test_a_table_that_is_too_wide_for_a_pipe_loses_nothing(capsys, monkeypatch):
+    monkeypatch.setattr(show.console, "width", 60)
+    table = Table(*(f"column {number}" for number in range(9)))
+    show.add(table, *(f"{number}-value-{number}" for number in range(9)))
+    show.console.print(table)
+    out = capsys.readouterr().out
+    assert all(f"{number}-value-{number}" in out for number in range(9)) and "column 8" in out, out
 
 
 def test_list_shows_scenarios_by_vehicle_and_components(flight):

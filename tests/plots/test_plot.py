@@ -1,5 +1,7 @@
 """Pictures of any bag and campaign: what is drawn, what is said of a name that there is not, and what runs warn of."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -16,6 +18,8 @@ from flight_graph.reports.fewer_faces import fewer
 from tests.bag.sample_bags import write_bag
 from tests.commands import runner
 from tests.reports.campaigns import made
+
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture
@@ -128,6 +132,8 @@ def test_names_of_runs_tell_them_apart(tmp_path):
     ("cubli_gains", {}, 2, "case 2 (case 3), seed 0"),
     ("cubli_seeds", {}, 5, "case 5, seed 6"),
     ("cubli_bennu", {"plant.latitude": 1.5708}, None, "seed 0, plant.latitude = 1.5708"),
+    ("cubli_asteroid", {"controller.use": f"{ROOT}/examples/sliding_controller.py:SlidingController"}, None,
+     "seed 1, controller.use = sliding_controller.py:SlidingController"),
 ])
 def test_what_was_set_is_found_again(name, given, case, words):
     scenario = load(name, given, case)
@@ -156,3 +162,18 @@ def test_lines_of_a_bag_go_by_the_names_of_its_export(tmp_path):
     assert series.labels == ["wheel_x", "wheel_y", "wheel_z"] and series.t[0] == 0.0
     assert lines.find("cubli/wheels.effort[2]").name == lines.find("cubli/wheels.effort[wheel_z]").name == "effort[wheel_z]"
     assert not any("stamp" in one.name for topic in lines.topics for one in lines.series(topic))
+
+
+def test_an_estimate_less_the_truth(flight, drawn, tmp_path):
+    """A difference at the messages of the first; of a slower second its newest message counts."""
+    a = write_bag(tmp_path / "a", 1)
+    status, _, err = flight("plot", "a", "/cubli/imu.angular_velocity - /cubli/imu.linear_acceleration", "--out", "p.png")
+    assert status == 2 and "the first is in rad/s, the second in m/s^2" in err
+    status, _, err = flight("plot", "a", "/cubli/imu.angular_velocity.x - /cubli/wheels.velocity[wheel_x]", "--out", "p.png")
+    assert status == 0, err
+    (line,) = drawn[0].axes[0].lines
+    assert drawn[0].axes[0].get_ylabel() == "[rad/s]"
+    newest = np.repeat(a.wheels["velocity"][:, 0], 2)  # the wheels speak at every second message of the inertial unit
+    assert (line.get_ydata() == a.imu["angular_velocity"][:, 0] - newest).all()
+    status, _, err = flight("plot", "a", "/cubli/imu.angular_velocity - /cubli/wheels.velocity[wheel_x]")
+    assert status == 2 and "the first has 3 numbers, the second 1" in err

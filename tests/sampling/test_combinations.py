@@ -59,6 +59,8 @@ def test_code_that_is_varied_one_at_a_time_needs_consent():
     ("plant.mass=normal:2,0.04", "plant.mass", Distribution(normal=(2.0, 0.04))),
     ("plant.mass=normal:2,0.04,1.9,", "plant.mass", Distribution(normal=(2.0, 0.04), truncated=(1.9, None))),
     ("plant.mass=uniform:-1,1", "plant.mass", Distribution(uniform=(-1.0, 1.0))),
+    ("plant.angles=3xuniform:-1,1", "plant.angles", Distribution(uniform=(-1.0, 1.0), size=3)),
+    ("plant.axes=2xchoice:a,b,c,d", "plant.axes", Distribution(choice=["a", "b", "c", "d"], size=2)),
     ("plant.law=choice:a,b", "plant.law", Distribution(choice=["a", "b"])), ("seed=count:5", "seed", Distribution(count=5))])
 def test_words_of_the_command_line(word, key, how):
     assert parse_vary(word) == (key, how)
@@ -69,7 +71,8 @@ def test_words_of_the_command_line(word, key, how):
     ("a.b=1:2", "FROM:TO:COUNT"), ("a.b=gauss:1,2", "no distribution 'gauss'"), ("a.b=normal:1", "takes 2 or 4 numbers"),
     ("a.b=normal:1,-2", "standard deviation >= 0"), ("a.b=uniform:2,1", "from < to"), ("a.b=1:x:3", "valid number"),
     ("a.b=nan:1:3", "finite"), ("a.b=1:2:1e9", "valid integer|at most"), ("a.b=count:x", "valid integer"),
-    ("a.b=normal:inf,1", "finite")])
+    ("a.b=normal:inf,1", "finite"), ("a.b=3xcount:1", "count has no size"), ("a.b=0xuniform:1,2", "greater than or equal to 1"),
+    ("a.b=3xgauss:1,2", "no distribution 'gauss'")])
 def test_words_that_are_refused(word, words):
     with pytest.raises(FlightError, match=words):
         parse_vary(word)

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flight_graph.bags.series import named_fields, of_names
@@ -28,6 +28,7 @@ def test_entries_with_numbers_are_one_topic_and_joints_are_fields():
     assert (found.own_topic, found.fields) == ("/two/joint_states/position", ["a", "b"])
 
 
+@settings(deadline=None)
 @given(st.lists(st.text(min_size=1, max_size=12), min_size=1, max_size=6, unique=True))
 def test_fields_are_names_that_ros_takes_whatever_the_joints_are_called(names):
     for one in topics("/arm", names, ["position", "velocity"]):
