@@ -28,6 +28,8 @@ SECTIONS = {  # the first page of a section -> its lists: (caption, the patterns
     "api/index": [("", ["api/*"])],
 }
 
+SHORT = {"questions/index": "Questions", "papers/index": "Papers", "api/index": "Python"}  # as the bar of sections has room
+
 
 def write(folder: Path) -> None:
     """Put the lists of pages below the site's first page and those of its sections. Pages that no list names go last."""
@@ -63,7 +65,9 @@ def _append(path, lists, folder):
 
 
 def _entry(page: str) -> str:
-    """A component goes by its own name below the caption of its package."""
+    """A component goes by its own name below the caption of its package, a section by a short one."""
+    if page in SHORT:
+        return f"{SHORT[page]} </{page}>"
     if page.startswith("components/") and page.count("/") == 2:
         return f"{page.rpartition('/')[2]} </{page}>"
     return f"/{page}"
