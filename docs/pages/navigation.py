@@ -28,7 +28,8 @@ SECTIONS = {  # the first page of a section -> its lists: (caption, the patterns
     "reference_pages": [("", ["reference", "architecture", "portable", "portable_machines"])],
     "api/index": [("", ["api/*"])],
 }
-SHORT = {"questions/index": "Questions"}  # the head holds all sections beside the search then, in 1300 pixels
+
+SHORT = {"questions/index": "Questions", "papers/index": "Papers", "api/index": "Python"}  # as the bar of sections has room
 
 
 def write(folder: Path) -> None:
@@ -65,7 +66,9 @@ def _append(path, lists, folder):
 
 
 def _entry(page: str) -> str:
-    """A component goes by its own name below the caption of its package; a long title is short in the head of the site."""
+    """A component goes by its own name below the caption of its package, a section by a short one."""
+    if page in SHORT:
+        return f"{SHORT[page]} </{page}>"
     if page.startswith("components/") and page.count("/") == 2:
         return f"{page.rpartition('/')[2]} </{page}>"
-    return f"{SHORT[page]} </{page}>" if page in SHORT else f"/{page}"
+    return f"/{page}"
