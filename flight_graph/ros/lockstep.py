@@ -100,7 +100,8 @@ def _advance(node, name, port, expected, deadline):
         port.accept()
     else:
         raise FlightError(f"{node.graph_name}.{name}: the message of t = {expected / SECOND:.9f} s on "
-                          f"{port.subscription.topic} is lost; the next one is stamped {found / SECOND:.9f} s{_second_source(node, port)}")
+                          f"{port.subscription.topic} is lost; the next one is stamped {found / SECOND:.9f} s"
+                          f"{_second_source(node, port)}")
 
 
 def _second_source(node, port) -> str:
