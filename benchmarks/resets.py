@@ -8,6 +8,7 @@ who started the nodes, of their spawner and of the node `simulation`, and the fi
 """
 
 import argparse
+import contextlib
 import os
 import shutil
 import subprocess
@@ -98,6 +99,10 @@ def main() -> None:
                                 "--out", f"{work}/bag", "--trust"], stdout=subprocess.DEVNULL)
         try:
             reset_again_and_again(run, asked, Path(work))
+        except SystemExit:
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                run.wait(30)  # where it ends by itself, it says why
+            raise
         finally:
             run.terminate()
             run.wait(300)

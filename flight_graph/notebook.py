@@ -135,7 +135,7 @@ def _loaded(scenario, settings, duration_s, seed, case) -> Scenario:
     return load(str(scenario), given, case)
 
 
-def sweep(scenario: str, vary: list[str] | tuple[str, ...] = (), *, runs: int | None = None,  # noqa: A002
+def sweep(scenario: str, vary: str | list[str] | tuple[str, ...] = (), *, runs: int | None = None,  # noqa: A002
           settings: dict | None = None, duration_s: float | None = None, seed: int | None = None,
           workers: int | None = None, out=None) -> Campaign:
     """Run all cases of what a scenario varies, and of the words that ``flight sweep --vary`` takes; seed: of the draws.
@@ -145,10 +145,11 @@ def sweep(scenario: str, vary: list[str] | tuple[str, ...] = (), *, runs: int | 
     """
     from flight_graph.runs import new_folder
     given = {**(settings or {})} | ({} if duration_s is None else {"duration_s": duration_s})
+    vary = (vary,) if isinstance(vary, str) else tuple(vary)
     resume = out is not None and opening.is_folder(str(out))
     folder = None if out is None else Path(out)
     campaign, loaded = opening.of_scenario(
-        str(scenario), given, Besides(tuple(vary), seed, None), runs, None,
+        str(scenario), given, Besides(vary, seed, None), runs, None,
         lambda checked: folder if resume else new_folder(folder, checked, "sweep"), resume, agree)
     pool = workers or os.cpu_count() or 1
     return opening.fill(campaign, loaded, lambda manifest, of: Threads(manifest, of, pool))
@@ -216,11 +217,14 @@ def plot(what, *fields: str, over: str | None = None, begin: float | None = None
     """
     names = [str(name) for name in what] if isinstance(what, dict) else None
     found = list(what.values()) if isinstance(what, dict) else list(what) if isinstance(what, (list, tuple)) else [what]
+    are_campaigns = [isinstance(one, Campaign) for one in found]
+    if not found or any(are_campaigns) != all(are_campaigns):
+        raise FlightError("a picture is of runs, or of campaigns: name one or more of one kind")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "picture.png" if out is None else Path(out)
         if path.suffix != ".png":
             raise FlightError(f"'{path}': a notebook shows .png; flight plot writes .svg and .pdf as well")
-        if all(isinstance(one, Campaign) for one in found):
+        if all(are_campaigns):
             over_cases.draw(found, names or [one.path.name for one in found], list(fields), over, path)
         else:
             lines = picture.read([one.folder if isinstance(one, Flown) else one for one in found], names)

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from flight_graph.errors import FlightError
 from flight_graph.extras import required
 
 SHOWN = 10  # rows of a plain table
@@ -18,6 +19,7 @@ def table(columns: Mapping, index: str | None = None):
     """A table of columns, name -> (n,) or (n, k) values; a pyarrow.Table and a list of rows, {name: value}, are taken too.
 
     index: the column that names the rows. Returns a pandas.DataFrame, or a `PlainTable` where pandas is not installed.
+    Raises FlightError where columns are of different lengths.
     """
     if importlib.util.find_spec("pandas") is None:
         return PlainTable(flat(columns))
@@ -41,6 +43,9 @@ def flat(columns) -> dict[str, np.ndarray | list]:
             found |= {f"{plain}[{place}]{bracket}{unit}": values[:, place] for place in range(values.shape[1])}
         else:
             found[str(name)] = values
+    lengths = {name: len(values) for name, values in found.items()}
+    if len(set(lengths.values())) > 1:
+        raise FlightError(f"columns of one table are of one length; these are of {lengths}")
     return found
 
 

@@ -21,8 +21,9 @@ SECTIONS = {  # page -> its title, what it is for, its modules
         "flight_graph.recordings.recorded_run", "flight_graph.recordings.comparison", "flight_graph.replays.verify")),
     "runs": ("Scenarios and runs", "Load a scenario, run it in any engine, its metrics.", (
         "flight_graph.graphs.scenario", "flight_graph.graphs.source", "flight_graph.runs", "flight_graph.engines.compiled",
-        "flight_graph.engines.checkpoint", "flight_graph.graphs.graph", "flight_graph.graphs.metrics",
-        "flight_graph.graphs.glossary", "flight_graph.graphs.metric_entry", "flight_graph.errors")),
+        "flight_graph.engines.flight", "flight_graph.engines.checkpoint", "flight_graph.graphs.graph",
+        "flight_graph.graphs.metrics", "flight_graph.graphs.glossary", "flight_graph.graphs.metric_entry",
+        "flight_graph.errors")),
     "stepping": ("Stepping", "A run in the hands of a program: forward, back, branches.", (
         "flight_graph.stepping.stepper", "flight_graph.stepping.difference")),
     "components": ("Components", "What a component of your own is made of.", (

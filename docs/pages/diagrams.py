@@ -13,19 +13,22 @@ from pages.errors import PageError
 _NODE = re.compile(r'(\w+)\["(.*)"\]')
 _EDGE = re.compile(r'(\w+) (?:-- "(?P<text>.*)" -->|-\. (?P<dotted>.*) \.->|-->) (\w+)(?:\(\( \)\))?')
 LETTER, LINE, PADDING = 7.4, 17.0, 14.0  # [px] width of a letter, height of a line, around a text
-BETWEEN = {"TB": (28.0, 46.0), "LR": (44.0, 150.0)}  # [px] boxes of a layer, layers
+BETWEEN = {"TB": (28.0, 46.0), "LR": (44.0, 60.0)}  # [px] boxes of a layer, layers without a text between them
+SMALLEST = 0.7  # [-] of its size, at which it can be read; a narrower screen scrolls
 
 
 def html(source: str) -> str:
     """The diagram as a block of HTML. Raises PageError where it is none that this draws."""
     direction, boxes, edges = _parsed(source)
     layers = _layers(boxes, edges)
-    places, width, height = _placed(direction, boxes, layers)
+    between = {} if direction == "TB" else _widths(layers, edges)
+    places, width, height = _placed(direction, boxes, layers, between)
     back = 60.0 if any(layers[a] > layers[b] for a, b, _, _ in edges) else 0.0
     lines = [_edge(direction, places[a], places[b], label, dotted, layers[a] > layers[b], height)
              for a, b, label, dotted in edges]
     shapes = [_box(*places[name], text) for name, text in boxes.items() if text]
-    return (f'<div class="diagram"><svg viewBox="0 0 {width:.0f} {height + back:.0f}" style="max-width:{width:.0f}px" '
+    return (f'<div class="diagram"><svg viewBox="0 0 {width:.0f} {height + back:.0f}" '
+            f'style="max-width:{width:.0f}px;min-width:{SMALLEST * width:.0f}px" '
             'role="img" aria-label="diagram"><defs><marker id="tip" viewBox="0 0 8 8" refX="8" refY="4" markerWidth="8" '
             'markerHeight="8" orient="auto"><path d="M0 0 L8 4 L0 8 z"></path></marker></defs>'
             f'{"".join(lines)}{"".join(shapes)}</svg></div>')
@@ -59,7 +62,16 @@ def _layers(boxes, edges):
     return layers
 
 
-def _placed(direction, boxes, layers):
+def _widths(layers, edges):
+    """Layer -> width [px] of the longest text on an edge from it to the next."""
+    found = {}
+    for a, b, label, _ in edges:
+        if layers[b] > layers[a]:
+            found[layers[a]] = max(found.get(layers[a], 0.0), max(map(len, label)) * LETTER + 2 * PADDING)
+    return found
+
+
+def _placed(direction, boxes, layers, between):
     """name -> (x, y, width, height) [px] of the box, and width and height of all."""
     sizes = {name: (max(map(len, text), default=0) * LETTER + 2 * PADDING, len(text) * LINE + PADDING)
              for name, text in boxes.items()}
@@ -68,15 +80,16 @@ def _placed(direction, boxes, layers):
     rows = [[name for name in boxes if layers[name] == number] for number in range(max(layers.values()) + 1)]
     extents = [sum(sizes[name][cross] for name in row) + aside * (len(row) - 1) for row in rows]
     places, at = {}, 0.0
-    for row, extent in zip(rows, extents):
+    for number, (row, extent) in enumerate(zip(rows, extents)):
         depth, side = max(sizes[name][flow] for name in row), (max(extents) - extent) / 2
         for name in row:
             corner = (side, at + (depth - sizes[name][1]) / 2) if direction == "TB" else (
                 at + (depth - sizes[name][0]) / 2, side)
             places[name] = (*corner, *sizes[name])
             side += sizes[name][cross] + aside
-        at += depth + along
-    total = (max(extents), at - along)
+        end = at + depth
+        at = end + max(along, between.get(number, 0.0))
+    total = (max(extents), end)
     return places, *(total if direction == "TB" else total[::-1])
 
 

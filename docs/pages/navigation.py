@@ -10,7 +10,8 @@ SECTIONS = {  # the first page of a section -> its lists: (caption, the patterns
     "start": [],
     "tutorials/index": [("Tutorials", ["tutorials/ros_user", "tutorials/controls_researcher",
                                        "tutorials/flight_software_engineer", "tutorials/author_of_a_paper"]),
-                        ("Notebooks", ["notebooks/index", "notebooks/*"])],
+                        ("Notebooks", ["notebooks/index", "notebooks/first_flight", "notebooks/your_own_controller",
+                                       "notebooks/*"])],
     "questions/index": [("", ["questions/*"])],
     "components/index": [("Cubli rover", ["components/cubli_ros/*"]), ("Space robot", ["components/spacerobot_ros/*"]),
                          ("Asteroid lander", ["components/lander_ros/*"]), ("Simulated truth", ["components/sim_nodes/*"])],
@@ -27,6 +28,8 @@ SECTIONS = {  # the first page of a section -> its lists: (caption, the patterns
     "reference_pages": [("", ["reference", "architecture", "portable", "portable_machines"])],
     "api/index": [("", ["api/*"])],
 }
+
+SHORT = {"questions/index": "Questions", "papers/index": "Papers", "api/index": "Python"}  # as the bar of sections has room
 
 
 def write(folder: Path) -> None:
@@ -63,7 +66,9 @@ def _append(path, lists, folder):
 
 
 def _entry(page: str) -> str:
-    """A component goes by its own name below the caption of its package."""
+    """A component goes by its own name below the caption of its package, a section by a short one."""
+    if page in SHORT:
+        return f"{SHORT[page]} </{page}>"
     if page.startswith("components/") and page.count("/") == 2:
         return f"{page.rpartition('/')[2]} </{page}>"
     return f"/{page}"

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 from flight_graph.campaigns.rows import Row
 from flight_graph.components import names
-from flight_graph.engines.compiled import LONGEST_CHUNK, Flight
+from flight_graph.engines.compiled import LONGEST_CHUNK
+from flight_graph.engines.flight import Flight
 from flight_graph.engines.prepared import PreparedRun
 from flight_graph.errors import FlightError
 from flight_graph.faults import fault_file

@@ -79,12 +79,14 @@ def judge_run(paper: str, scenario: str, found: dict, given: dict | None = None,
 def _part(claim: Claim, runs: set[str]) -> Claim | None:
     """What of a claim can be judged from these runs; None when nothing can."""
     mine = {label: text for label, text in claim.expressions.items() if names(text) and names(text) <= runs}
-    estimated = claim.estimated if claim.estimated and names(claim.estimated) <= runs else None
+    asked = claim.estimated_expressions
+    estimated = claim.estimated if asked and set().union(*map(names, asked.values())) <= runs else None
     if mine:
         return claim.model_copy(update={"value": None, "values": mine, "estimated": estimated})
     if estimated is None:
         return None
-    return claim.model_copy(update={"value": None, "values": {ESTIMATED: estimated}, "estimated": None,
+    values = {f"{ESTIMATED}, {label}" if label else ESTIMATED: text for label, text in asked.items()}
+    return claim.model_copy(update={"value": None, "values": values, "estimated": None,
                                     "expect": claim.estimated_expect or claim.expect})
 
 
@@ -97,16 +99,22 @@ def row(claim: Claim, results: dict, arguments: dict | None = None) -> Row:
             raise FlightError(f"claims: {claim.id}: its check answers nothing")
         met = {label: bool(held) for label, (held, _) in answers.items()}
         return Row(claim, _verdict(met), {label: text for label, (_, text) in answers.items()}, met)
-    found = {}
-    for label, expression in claim.expressions.items():
-        found.update(_labelled(label, evaluate(expression, results)))
+    found = _values(claim.expressions, results)
     met = {label: claim.relation.holds(value) for label, value in found.items()}
     judged = Row(claim, _verdict(met), found, met)
     if claim.estimated:
-        judged.estimated = evaluate(claim.estimated, results)
-        judged.estimated_verdict = _verdict({label: claim.relation.holds(value)
-                                             for label, value in _labelled("", judged.estimated).items()})
+        estimated = _values(claim.estimated_expressions, results)
+        judged.estimated = estimated[""] if list(estimated) == [""] else Several(estimated)
+        judged.estimated_verdict = _verdict({label: claim.relation.holds(value) for label, value in estimated.items()})
     return judged
+
+
+def _values(expressions, results) -> dict:
+    """Label, and case where a run has several -> value."""
+    found = {}
+    for label, expression in expressions.items():
+        found.update(_labelled(label, evaluate(expression, results)))
+    return found
 
 
 def _labelled(label, value) -> dict:

@@ -16,7 +16,7 @@
         values: {60 s: printed.xi_a_max}   # or value: printed.xi_a_max
         relation: {below: 1.0}             # or another of `flight_graph.claims.relation`
         expect: holds                      # holds, does not hold, depends
-        estimated: sensed.xi_a_max         # the same with estimated instead of true state (may be left out) ...
+        estimated: sensed.xi_a_max         # the same with estimated instead of true state (or left out, or labelled) ...
         estimated_expect: holds            # ... and what was found there (default: as above)
         because: One sentence.
         flip:                              # what would make the verdict another one (`flight_graph.claims.flips`)
@@ -89,7 +89,7 @@ class Claim(_Strict):
     relation: Relation | None = None
     check: str | None = None
     expect: Verdict
-    estimated: str | None = None
+    estimated: str | dict[str, str] | None = None
     estimated_expect: Verdict | None = None
     because: str
     flip: Flip
@@ -132,6 +132,11 @@ class Claim(_Strict):
         return self.values or ({"": self.value} if self.value else {})
 
     @property
+    def estimated_expressions(self) -> dict[str, str]:
+        """The same with estimated state; empty where the row does not ask."""
+        return self.estimated if isinstance(self.estimated, dict) else {"": self.estimated} if self.estimated else {}
+
+    @property
     def judged_runs(self) -> set[str]:
         """The runs that the verdict hangs on."""
         return {name for expression in self.expressions.values() for name in names(expression)}
@@ -139,7 +144,7 @@ class Claim(_Strict):
     @property
     def runs(self) -> set[str]:
         """The runs that the row needs, that of the estimated state too."""
-        return self.judged_runs | (names(self.estimated) if self.estimated else set())
+        return self.judged_runs.union(*map(names, self.estimated_expressions.values()))
 
 
 class ClaimsFile(_Strict):

@@ -203,4 +203,4 @@ def _estimated(value):
     numbers = [one for one in value.values() if one is not None] if isinstance(value, dict) else None
     if numbers is None:
         return number(value)
-    return f"{number(min(numbers))} to {number(max(numbers))} ({len(value)} runs)" if numbers else "none"
+    return f"{number(min(numbers))} to {number(max(numbers))} ({len(value)} values)" if numbers else "none"

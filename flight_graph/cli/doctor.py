@@ -13,7 +13,8 @@ import typer
 
 from flight_graph.cli.show import add, console
 
-_PACKAGES = ("flight_graph", "numpy", "numba", "scipy", "mcap", "rosbags", "pydantic", "matplotlib")
+_PACKAGES = ("flight_graph", "numpy", "numba", "scipy", "mcap", "rosbags", "pydantic", "matplotlib",
+             "rerun-sdk", "foxglove-sdk")
 _TALK = '''
 import sys, time
 from flight_graph.ros.environment import prepare_environment
@@ -50,10 +51,19 @@ def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print one JSON 
         from rich.table import Table
         table = Table("what", "found")
         for name, value in report.items():
-            add(table, name, value)
+            add(table, name, _words(value))
         console.print(table)
     if report["ros"] and not report["two processes can talk"]:
         raise typer.Exit(1)
+
+
+def _words(value) -> str:
+    """What was found, for a person."""
+    if isinstance(value, dict):
+        value = [f"{name}: {why}" for name, why in value.items()]
+    if isinstance(value, list):
+        return ", ".join(value) or "none"
+    return {None: "not installed", True: "yes", False: "no"}.get(value, value)
 
 
 def _version(name):

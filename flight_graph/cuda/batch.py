@@ -8,7 +8,7 @@ import numpy as np
 from flight_graph.cuda import modules
 from flight_graph.cuda.devices import Device
 from flight_graph.cuda.packed import Packed
-from flight_graph.engines.compiled import Flight
+from flight_graph.engines.flight import Flight
 from flight_graph.engines.memory import free_bytes
 from flight_graph.engines.schedule import Schedule
 from flight_graph.errors import FlightError

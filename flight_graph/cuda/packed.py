@@ -7,9 +7,9 @@ have rows of their own, which are only read back.
 import numpy as np
 
 from flight_graph.engines.addresses import address
-from flight_graph.engines.compiled import Flight
 from flight_graph.engines.condition_steps import ADDRESSES
 from flight_graph.engines.driver import CONTROL, OUTPUT
+from flight_graph.engines.flight import Flight
 
 _ALIGNED = 16  # [bytes]
 _WORD = "<i8"

@@ -8,7 +8,8 @@ import numpy as np
 
 from flight_graph.components.component import Component
 from flight_graph.engines.addresses import same
-from flight_graph.engines.compiled import CompiledRun, Flight
+from flight_graph.engines.compiled import CompiledRun
+from flight_graph.engines.flight import Flight
 from flight_graph.graphs.graph import Node
 from flight_graph.graphs.scenario import Scenario
 

@@ -5,9 +5,9 @@ import numpy as np
 from flight_graph.engines import driver
 from flight_graph.engines.addresses import address
 from flight_graph.engines.checkpoint import Checkpoint
-from flight_graph.engines.compiled import Flight
 from flight_graph.engines.condition_steps import STEP, holds
 from flight_graph.engines.fault_tables import fill
+from flight_graph.engines.flight import Flight
 from flight_graph.engines.schedule import Firing
 from flight_graph.faults.conditions import Condition
 from flight_graph.timebase import stamp_parts

@@ -12,6 +12,7 @@ from typing import ClassVar
 
 import msg_schemas
 from flight_graph.components.component import Component
+from flight_graph.components.findings import ComponentMistake
 from flight_graph.errors import FlightError, unknown
 from flight_graph.graphs.graph import Node
 from flight_graph.graphs.scenario_file import FOREIGN, FOREIGN_KEYS, ComponentEntry
@@ -42,9 +43,12 @@ def node(name: str, entry: ComponentEntry, others: list[Node], where: str) -> No
     said, heard = _signals(others, "outputs"), _signals(others, "inputs")
     ports = {"inputs": _ports(entry.inputs, said | heard, f"{where}.inputs"),
              "outputs": _ports(entry.outputs, heard | said, f"{where}.outputs")}
-    found = type("Foreign", (ForeignNode,), {
-        "__doc__": ForeignNode.__doc__, "__module__": __name__, **ports, "rate_hz": float(entry.rate_hz),
-        "late": entry.late or ForeignNode.late, "answer_within_s": float(entry.answer_within_s or ANSWER_WITHIN_S)})
+    declared = {"__doc__": ForeignNode.__doc__, "__module__": __name__, **ports, "rate_hz": float(entry.rate_hz),
+                "late": entry.late or ForeignNode.late, "answer_within_s": float(entry.answer_within_s or ANSWER_WITHIN_S)}
+    try:
+        found = type("Foreign", (ForeignNode,), declared)
+    except ComponentMistake as error:  # which names this file; the mistake stands in the scenario's
+        raise FlightError(f"{where}.{str(error).partition(': Foreign.')[2]}") from None
     return Node(name, FOREIGN, found, {}, entry.rate_hz)
 
 

@@ -66,7 +66,7 @@ def _own(scenario, signals, finite, reduced, from_above):
     if function is None:
         return scored
     with told(f"{scenario.origin}: metrics: '{scenario.file.metrics}'"):
-        found = function(scenario, signals)
+        found = _found(scenario, function, signals)
     if not isinstance(found, dict):
         raise FlightError(f"{scenario.origin}: metrics: '{scenario.file.metrics}' gives {type(found).__name__}; needed is "
                           "a dictionary: name -> number")
@@ -75,6 +75,18 @@ def _own(scenario, signals, finite, reduced, from_above):
                           "too")
     return scored | {str(name): _plain(value, f"{scenario.origin}: metrics: '{scenario.file.metrics}' gives {name}", finite)
                      for name, value in found.items()}
+
+
+def _found(scenario, function, signals):
+    """What a function of metrics gives. Raises FlightError where it asks for a topic that the run did not record."""
+    try:
+        return function(scenario, signals)
+    except KeyError as error:
+        topics = {signal.topic for _, _, signal in scenario.graph.outputs()}
+        if (topic := str(error.args[0]) if error.args else "") in topics and topic not in signals:
+            raise FlightError(f"{scenario.origin}: metrics: '{scenario.file.metrics}' needs /{topic}, which this run does "
+                              "not record (record.topics)") from None
+        raise
 
 
 def _measured(scenario, signals, reduced):

@@ -46,11 +46,12 @@ class Scenario:
     """A validated scenario: the file's data with overrides applied, and the graph it stands for.
 
     vehicles: name -> the scenario that it includes, whole by itself; its components are in the graph of this one as well,
-    under ``name.component``. Raises FlightError on anything that is wrong, before anything runs.
+    under ``name.component``. like: another one of this file; vehicles that are the same in both are made once. Raises
+    FlightError on anything that is wrong, before anything runs.
     """
 
-    def __init__(self, data: dict, origin: str, folder: Path | None = None):
-        self.origin, self.folder = origin, folder
+    def __init__(self, data: dict, origin: str, folder: Path | None = None, like: "Scenario | None" = None):
+        self.origin, self.folder, self.given = origin, folder, data
         self.tapes = {}  # (node, port) -> (ticks, records): what foreign nodes said, of a recorded run
         vehicles.refuse_too_deep(data, origin)
         self.file = ScenarioFile.read(data, origin)
@@ -63,7 +64,8 @@ class Scenario:
         if (count := sum(1 for _ in vehicles.components(self.file.model_dump()))) > MOST_COMPONENTS:
             raise FlightError(f"{origin}: the graph has {count} components, those of vehicles among them; allowed: "
                               f"{MOST_COMPONENTS}")
-        self.vehicles = {name: self._vehicle(name, entry) for name, entry in (self.file.include or {}).items()}
+        known, entries = like.vehicles if like else {}, self.file.include or {}
+        self.vehicles = {name: self._vehicle(name, entry, known.get(name)) for name, entry in entries.items()}
         included = inside.nodes(self.vehicles)
         self.maker = NodeMaker(self.file.components, self.seed, origin, folder, {node.name: node for node in included})
         nodes = [*self.maker.nodes(), *included]
@@ -201,7 +203,7 @@ class Scenario:
             found |= {output: (every, mine)} if mine else {}
         return found
 
-    def _vehicle(self, name, entry) -> "Scenario":
+    def _vehicle(self, name, entry, known) -> "Scenario":
         """The scenario under a name, whole by itself; what is one for all is taken from this one."""
         where = f"{self.origin}: include.{name}"
         if isinstance(entry.scenario, str) or entry.set:
@@ -209,7 +211,9 @@ class Scenario:
         found = {"seed": vehicles.seed_of(self.seed, name), **vehicles.own(entry.scenario),
                  "duration_s": self.file.duration_s, "epoch_ns": self.file.epoch_ns}
         where = f"{where} ({short(str(found.get('name')), 60)})"
-        return Scenario(found, where, Path(entry.folder) if entry.folder else None)
+        if known is not None and known.given == found:
+            return known
+        return Scenario(found, where, Path(entry.folder) if entry.folder else None, known)
 
     def _fault_set(self, scope: dict[str, Node], changes: dict | None = None, placed: dict | None = None) -> FaultSet:
         """Faults, monitors, and those of the vehicles. scope: name, as this scenario has it -> node of the whole graph."""

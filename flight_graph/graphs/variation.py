@@ -3,7 +3,7 @@
 A case that changes parameters, seeds or faults alone gets the nodes, the wiring and the order of the others; only the nodes
 whose values change are made anew, by the same code as those of a scenario. What changes the graph itself (a rate, a
 component, the duration) makes a scenario of its own, which further cases share. A scenario with vehicles is made whole for
-each case.
+each case, but for the vehicles that stay as they are.
 """
 
 import copy
@@ -52,7 +52,7 @@ class Variation:
 
     def _whole(self, values, number) -> Scenario:
         data = override(self._data, values, f"vary, case {number}", self.scenario.folder)
-        return Scenario(data, self.scenario.origin, self.scenario.folder)
+        return Scenario(data, self.scenario.origin, self.scenario.folder, self.scenario)
 
     def _base(self, structure, values):
         if structure not in self._bases:

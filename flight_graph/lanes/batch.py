@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from flight_graph.engines.compiled import Flight
+from flight_graph.engines.flight import Flight
 from flight_graph.errors import FlightError
 from flight_graph.lanes import wide_parts
 from flight_graph.lanes.group import Group

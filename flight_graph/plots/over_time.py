@@ -98,10 +98,11 @@ def first_panels(runs: list[BagLines]) -> list[Panel]:
 
 def draw(found: list[Panel], path: Path, title: str, over: list[Panel] | None = None, begin: float | None = None,
          end: float | None = None, marks: list[Mark] = ()) -> tuple[Path, int]:
-    """Write the picture; return it and how many messages of a line were thinned, 0 when none was.
+    """Write the picture; return it and how many messages of a line were thinned, 0 when none was. Raises FlightError.
 
-    over: the panel with the quantity on the horizontal axis, in place of time; begin, end: the times [s] that are drawn.
+    over: the panel with the series on the horizontal axis, in place of time; begin, end: the times [s] that are drawn.
     """
+    _refuse_empty(found, begin, end)
     columns = 1 if len(found) < 4 else 2
     rows = -(-len(found) // columns)
     figure = style.new_figure(7.5 * columns + 2.0, max(3.6, 2.4 * rows + 0.8))
@@ -124,13 +125,23 @@ def draw(found: list[Panel], path: Path, title: str, over: list[Panel] | None = 
     return style.save(figure, path, title), thinned
 
 
+def _refuse_empty(found, begin, end):
+    """Refuse a stretch of time in which nothing was said. Raises FlightError."""
+    t = [series.t for panel in found for _, series in panel.shown if len(series.t)]
+    if t and not any(_inside(one, begin, end).any() for one in t):
+        window = " ".join(f"{name} {value:g}" for name, value in (("--from", begin), ("--until", end)) if value is not None)
+        raise FlightError(f"{window}: there is no message then; these have t = {min(one.min() for one in t):.6g} s to "
+                          f"{max(one.max() for one in t):.6g} s")
+
+
+def _inside(t, begin, end) -> np.ndarray:
+    """Which times (n,) are drawn."""
+    return (t >= (-np.inf if begin is None else begin)) & (t <= (np.inf if end is None else end))
+
+
 def _draw(place, panel, at, run, series, over, begin, end) -> int:
     """The lines of a run; returns the number of its messages where they were thinned."""
-    inside = np.ones(len(series.t), bool)
-    if begin is not None:
-        inside &= series.t >= begin
-    if end is not None:
-        inside &= series.t <= end
+    inside = _inside(series.t, begin, end)
     lines = {line.entry: line.values[inside] for line in series.lines[:MOST_LINES]}
     t, several = series.t[inside], len(panel.shown) > 1
     x = t if over is None else _matched(over[0], run, t)

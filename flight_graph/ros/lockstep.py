@@ -4,7 +4,7 @@ import time
 
 from flight_graph.errors import FlightError
 from flight_graph.ros.clock import ClockInput
-from flight_graph.ros.matching import match, sources_of
+from flight_graph.ros.matching import here, match, sources_of
 from flight_graph.ros.standing import Deadline
 from flight_graph.timebase import SECOND
 from msg_schemas.signal import SignalMismatch
@@ -100,7 +100,15 @@ def _advance(node, name, port, expected, deadline):
         port.accept()
     else:
         raise FlightError(f"{node.graph_name}.{name}: the message of t = {expected / SECOND:.9f} s on "
-                          f"{port.subscription.topic} is lost; the next one is stamped {found / SECOND:.9f} s")
+                          f"{port.subscription.topic} is lost; the next one is stamped {found / SECOND:.9f} s"
+                          f"{_second_source(node, port)}")
+
+
+def _second_source(node, port) -> str:
+    """What to think of where an input's topic has several publishers."""
+    if port.subscription.publishers() < 2:
+        return ""
+    return f"; {_source(node, port)} publish it: one topic has one source ({here()})"
 
 
 def _source(node, port) -> str:

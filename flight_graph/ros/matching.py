@@ -89,8 +89,10 @@ def _refuse_second_source(node, patient=False):
     for what, topic in topics.items():
         found = [(info.node_name, info.node_namespace) for info in node.get_publishers_info_by_topic(topic)]
         others = [other for other in found if other != own] or found[1:]  # a second one may have this node's name
-        if others and others[0][0].startswith("_NODE_NAME_UNKNOWN") and patient:
+        if not others:
+            continue
+        unnamed = others[0][0].startswith("_NODE_NAME_UNKNOWN")
+        if unnamed and patient:
             continue  # just appearing: its name comes a moment later
-        if others:
-            raise FlightError(f"{what}: {topic} has a source already (node {others[0][1].rstrip('/')}/{others[0][0]}); "
-                              "one topic has one source")
+        other = "a node whose name is not known yet" if unnamed else f"node {others[0][1].rstrip('/')}/{others[0][0]}"
+        raise FlightError(f"{what}: {topic} has a source already ({other}); one topic has one source ({here()})")

@@ -11,7 +11,8 @@ import numpy as np
 from flight_graph.bags.series import NAMED, series_of_signal
 from flight_graph.components.entries import flat
 from flight_graph.engines.checkpoint import Checkpoint, is_kept
-from flight_graph.engines.compiled import CompiledRun, Recording, Track
+from flight_graph.engines.compiled import CompiledRun, Recording
+from flight_graph.engines.flight import Track
 from flight_graph.engines.schedule import Schedule
 from flight_graph.errors import FlightError, RunStopped, unknown
 from flight_graph.faults.injections import Injections

@@ -122,6 +122,18 @@ def test_one_run_judges_the_rows_it_can(paper):
     assert claims.judge_run("test", "cubli_gains", {"x": 1.0}) == []
 
 
+def test_a_run_with_estimated_state_is_judged_on_all_that_the_row_says(paper):
+    """A row of two values, of which one holds: the run that flies on the estimate may not be called one that holds."""
+    text = TEXT.replace("plain: {scenario: cubli_asteroid}",
+                        "plain: {scenario: cubli_asteroid_paper}\n  sensed: {scenario: cubli_asteroid}").replace(
+        "estimated: plain.y, estimated_expect: does not hold", "estimated: {each: sensed.x, all: sensed.y}")
+    [row] = claims.judge_run(paper(text), "cubli_asteroid", {"x": 1.0, "y": 3.0})
+    assert row.found == {"with estimated state, each": 1.0, "with estimated state, all": 3.0}
+    assert row.verdict == "depends" and row.as_expected
+    full = claims.row(claims.read("test").claims[1], {**FOUND, "sensed": {"x": 1.0, "y": 3.0}})
+    assert full.estimated == {"each": 1.0, "all": 3.0} and full.estimated_verdict == "depends" and full.as_expected
+
+
 @pytest.mark.parametrize(("old", "new", "part"), [
     ("id: two", "id: one", "stands twice"),
     ("value: plain.x", "value: plane.x", "no run called 'plane'; did you mean 'plain'"),

@@ -217,3 +217,9 @@ def test_doctor_says_what_is_here(flight):
     assert status == 0 and report["numba"] and report["python"]
     assert report["ros"] is None or report["two processes can talk"]
     assert "cubli_asteroid" in report["compiled"] + report["not compiled yet"] and not report["broken"]
+
+
+def test_doctor_tells_a_person_in_words():
+    from flight_graph.cli.doctor import _words
+    assert [_words(value) for value in (["a", "b"], {}, {"a": "why"}, None, True, "1.2")] == [
+        "a, b", "none", "a: why", "not installed", "yes", "1.2"]

@@ -114,6 +114,7 @@ def test_it_takes_the_signals_of_the_graph():
     ({"outputs": {"command": "cubli/wheel_comand"}}, "did you mean 'cubli/wheel_command'"),
     ({"outputs": {"attitude": "cubli/wheel_command"}}, "attitude: inputs and outputs at once"),
     ({"outputs": {"1": "cubli/wheel_command"}}, "letters, digits and _"),
+    ({"outputs": {"x": "cubli/wheel_command"}}, "^bad.yaml: components.controller.outputs: 'x' is no name for a port"),
     ({"outputs": {"command": "cubli/imu"}}, "both publish 'cubli/imu'"),
     ({"parameters": {"kp": 1}}, "parameters are its own"),
     ({"late": "zero"}, "controller.late"),

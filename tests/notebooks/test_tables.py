@@ -8,8 +8,9 @@ import pandas
 import pyarrow
 import pytest
 
-from flight_graph import tables
+from flight_graph import notebook, tables
 from flight_graph.errors import FlightError
+from flight_graph.graphs.scenario import load
 
 COLUMNS = {"case": [4, 7], "rates [rad/s]": np.array([[0.25, -1.0], [0.5, 2.0]]), "name": ["a", None], "angles": [[1.0], [2.0]]}
 
@@ -22,6 +23,22 @@ def test_vectors_become_columns_and_rows_stay():
     arrow = tables.table(pyarrow.table({"x": [1.5, None], "v": pyarrow.array([[1.0, 2.0], [3.0, 4.0]], pyarrow.list_(pyarrow.float64(), 2))}))
     assert list(arrow.columns) == ["x", "v[0]", "v[1]"] and arrow["v[1]"].tolist() == [2.0, 4.0] and arrow["x"].isna().tolist() == [False, True]
     assert tables.table([{"a": 1}, {"a": 2, "b": "x"}])["b"].isna().tolist() == [True, False]
+
+
+def test_columns_are_of_one_length():
+    with pytest.raises(FlightError, match="of one length; these are of {'a': 2, 'b': 1}"):
+        tables.table({"a": [1, 2], "b": [1]})
+
+
+@pytest.mark.parametrize(("call", "words"), [
+    (lambda: notebook.plot([]), "name one or more of one kind"),
+    (lambda: notebook.plot("a/bag", out="p.svg"), "a notebook shows .png"),
+    (lambda: notebook.run(load("cubli_asteroid"), {"controller.lambda_a": 0.03}), "this one is loaded already"),
+    (lambda: notebook.sweep("cubli_asteroid", "plant.mass"), "does not say what is varied and how"),
+])
+def test_what_is_wrong_in_a_cell_is_a_sentence(call, words):
+    with pytest.raises(FlightError, match=words):
+        call()
 
 
 def test_without_pandas(monkeypatch):

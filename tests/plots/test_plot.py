@@ -66,6 +66,7 @@ def test_fields_of_several_bags_over_each_other(flight, drawn, tmp_path):
     (["a", "--out", "p.gif"], ["'p.gif' names no kind of picture; allowed: .png, .svg, .pdf"]),
     (["a", "/cubli/imu.orientation", "--over", "/cubli/imu.orientation"], ["it has 4 numbers; name one", "orientation.x"]),
     (["a", "--from", "nan"], ["--from nan: this is no time"]),
+    (["a", "/cubli/imu.orientation", "--from", "9", "--until", "3"], ["--from 9 --until 3: there is no message then", "t = 0 s"]),
     (["campaign", "a"], ["is the folder of a campaign, the others are bags"]),
     (["campaign", "angel_max"], ["no metric called 'angel_max'; did you mean 'angle_max'"]),
     (["campaign", "angle_max", "--over", "plant.inertai"], ["no column called 'plant.inertai'; did you mean 'plant.inertia'"]),

@@ -6,7 +6,8 @@ import shlex
 import numpy as np
 import pytest
 
-from flight_graph.engines.compiled import CompiledRun
+from flight_graph.engines.compiled import LONGEST_CHUNK, CompiledRun
+from flight_graph.engines.flight import Flight
 from flight_graph.errors import FlightError
 from flight_graph.graphs.scenario import load
 from tests.bag.sample_bags import write_bag
@@ -109,16 +110,15 @@ def test_a_sweep_that_is_continued_from_something_else(flight, tmp_path, content
 
 def test_a_run_without_end_can_be_interrupted(monkeypatch):
     """Also one that records nothing, and that nobody watches."""
-    from flight_graph.engines import compiled
     loaded = load("cubli_asteroid", {"duration_s": 1e7, "record": {"topics": []}})
-    advance, ends = compiled.Flight.advance, []
+    advance, ends = Flight.advance, []
 
     def watched(flight, tick):
         ends.append(tick)
         advance(flight, min(tick, 100))  # the ticks themselves are not the point
         if len(ends) == 3:
             raise KeyboardInterrupt
-    monkeypatch.setattr(compiled.Flight, "advance", watched)
+    monkeypatch.setattr(Flight, "advance", watched)
     with pytest.raises(KeyboardInterrupt):
         CompiledRun(loaded).run()
-    assert max(ends) <= 3 * compiled.LONGEST_CHUNK
+    assert max(ends) <= 3 * LONGEST_CHUNK

@@ -17,6 +17,7 @@ from flight_graph.engines.compiled import CompiledRun
 from flight_graph.errors import FlightError
 from flight_graph.graphs import metrics
 from flight_graph.graphs.scenario import Scenario, load
+from flight_graph.graphs.variation import Variation
 from flight_graph.graphs.vehicles import seed_of
 from flight_graph.scenes.finding import scene_of
 from msg_schemas.qos import Role
@@ -149,7 +150,11 @@ def test_sweeps_and_metrics_reach_in():
     faults = [{"id": "off", "at": "gauge.imu.angular_velocity[0]", "type": "bias", "value": 0.1}]
     data = whole({"chain_a": {**chain.data(faults), "measures": measures}}, vary=vary,
                  measures={"seen": {"final": "chain_a.follower.echo.count"}})
-    cases = Cases(Scenario(data, "whole.yaml"))
+    data["include"]["other"] = {"scenario": chain.data()}
+    scenario = Scenario(data, "whole.yaml")
+    case, _ = Variation(scenario).case(1)
+    assert case.vehicles["other"] is scenario.vehicles["other"] and case.vehicles["chain_a"] is not scenario.vehicles["chain_a"]
+    cases = Cases(scenario)
     rows = cases.rows(range(4))
     for row, (gain, value) in zip(rows, [(1.0, 0.0), (1.0, 0.5), (2.0, 0.0), (2.0, 0.5)], strict=True):
         assert row.varied == {"chain_a.gauge.gain": gain, "chain_a.faults.off.value": value}
