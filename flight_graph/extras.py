@@ -10,10 +10,10 @@ from flight_graph.errors import FlightError
 PROJECT = "flight_graph"
 
 
-def required(module: str, extra: str, command: str):
+def required(module: str, extra: str, command: str, instead: str = ""):
     """Import a module of an optional extra. Raises FlightError, which names the command that installs it.
 
-    command: who needs it, for the sentence.
+    command: who needs it, for the sentence. instead: the end of the sentence, on what does without.
     """
     try:
         return importlib.import_module(module)
@@ -21,7 +21,7 @@ def required(module: str, extra: str, command: str):
         if (error.name or "").partition(".")[0] != module.partition(".")[0]:
             raise
     raise FlightError(f"{command} needs {_needed(extra)}, which is not installed; to install it: "
-                      f"{install(extra)}") from None
+                      f"{install(extra)}{instead}") from None
 
 
 def install(extra: str) -> str:

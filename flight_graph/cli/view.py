@@ -44,7 +44,7 @@ def view(
     from flight_graph.extras import required
     from flight_graph.viewers import opening, rerun_stream
     from flight_graph.viewers.display import refuse_without_display
-    required("rerun", "view", "flight view")
+    required("rerun", "view", "flight view", "; flight report BAG writes a page with the vehicle in 3-D that needs nothing")
     if web and save:
         raise FlightError("--web or --save: one at a time")
     if not web and save is None:
