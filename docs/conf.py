@@ -10,6 +10,8 @@ sys.path[:0] = [str(DOCS), str(DOCS.parent)]
 
 from functools import cache  # noqa: E402
 
+from docutils.nodes import SkipNode  # noqa: E402
+from docutils.utils.math.latex2mathml import tex2mathml  # noqa: E402
 from pages.api_pages import source_of  # noqa: E402
 from pages.docstrings import as_restructured_text  # noqa: E402
 from sphinx.search.en import SearchEnglish  # noqa: E402
@@ -22,7 +24,8 @@ language = "en"
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.linkcode"]
 exclude_patterns = ["jupyter_execute"]
-myst_enable_extensions = ["html_image"]
+myst_enable_extensions = ["html_image", "dollarmath"]
+html_math_renderer = "mathml"
 myst_heading_anchors = 4
 nb_execution_mode = os.environ.get("HANDBOOK_NOTEBOOKS", "off")
 nb_execution_timeout = 300  # [s] a cell
@@ -66,6 +69,16 @@ class Search(SearchEnglish):
     stem = cache(SearchEnglish.stem)
 
 
+def _write_inline_formula(writer, node):
+    _write_formula(writer, node, as_block=False)
+
+
+def _write_formula(writer, node, as_block=True):
+    """A formula as MathML, which browsers draw without a script from elsewhere."""
+    writer.body.append(tex2mathml(node.astext(), as_block=as_block))
+    raise SkipNode
+
+
 def linkcode_resolve(domain, info):
     """Where the source of a thing stands in the site."""
     return source_of(info["module"], info["fullname"])
@@ -77,5 +90,6 @@ def _read_prose(app, what, name, thing, options, lines):
 
 def setup(app):
     app.add_search_language(Search)
+    app.add_html_math_renderer("mathml", (_write_inline_formula, None), (_write_formula, None))
     app.connect("autodoc-process-docstring", _read_prose)
     return {"parallel_read_safe": True}

@@ -84,6 +84,12 @@ def test_a_page_loads_nothing_from_elsewhere(pages):
             assert parts.scheme or (path.parent / unquote(parts.path)).is_file(), f"{path}: {target} is not there"
 
 
+def test_formulas_of_notebooks_are_drawn(site):
+    """As MathML, by the browser alone: no dollar sign of theirs is left."""
+    text = (site / "notebooks/your_own_controller.html").read_text(encoding="utf-8")
+    assert text.count("<math ") >= 4 and "<mtable>" in text and "$" not in text.split("<article")[1].split("</article>")[0]
+
+
 def test_each_component_has_a_page_that_says_what_it_is(site):
     asked = {one.id: {showing.scenario for showing in one.shown_by} for name in requirements_file.available()
              for one in requirements_file.read(name)[0].requirements}
