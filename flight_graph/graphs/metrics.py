@@ -6,6 +6,8 @@ from contextlib import contextmanager
 from functools import reduce
 from pathlib import Path
 
+import numpy as np
+
 from flight_graph.components import functions, names, namespaces
 from flight_graph.errors import FlightError
 from flight_graph.graphs import fault_scores, measures, vehicles
@@ -65,7 +67,7 @@ def _own(scenario, signals, finite, reduced, from_above):
     scored = fault_scores.scores(scenario, signals, from_above) | measured
     if function is None:
         return scored
-    with told(f"{scenario.origin}: metrics: '{scenario.file.metrics}'"):
+    with told(f"{scenario.origin}: metrics: '{scenario.file.metrics}'"), np.errstate(all="ignore"):  # told by the numbers
         found = _found(scenario, function, signals)
     if not isinstance(found, dict):
         raise FlightError(f"{scenario.origin}: metrics: '{scenario.file.metrics}' gives {type(found).__name__}; needed is "

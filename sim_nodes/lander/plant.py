@@ -29,7 +29,7 @@ from sim_nodes.lander.site import SiteState, prepare_site, site_orientation
 from sim_nodes.lander.thruster_failures import ThrusterFailures, Watchdog, watched_command
 from sim_nodes.lander.thrusters import apply_thrusters
 
-HELD = 1
+HELD, TOUCHES = 1, 2
 REFERENCE = "reference scenario (ours)"
 
 
@@ -180,6 +180,9 @@ def motion_kernels(prepare, dynamics):
             x.attitude = placement.orientation
         if placement.sets_angular_velocity:
             x.rates = transpose(attitude_matrix(x.attitude)) @ placement.angular_velocity
+        if touched_down(p, x.position):
+            x.fault = TOUCHES
+            return
         x.gravity = site_gravity(p, x, x.position)
         tally_place(p, x)
 
@@ -265,7 +268,8 @@ class LanderPlant(Component):
     rate_hz = 10.0
     start, update, place = motion_kernels(prepare_site, ELLIPSOID)
     output = output
-    faults = {HELD: "it cannot be put elsewhere: it has landed, and stays as it is"}
+    faults = {HELD: "it cannot be put elsewhere: it has landed, and stays as it is",
+              TOUCHES: "it was put where its contact trigger fires: not above contact_height, within contact_radius"}
     formatted = (*moving("frames", poses), *latched("frames"))
 
     @classmethod

@@ -1,6 +1,7 @@
 """Bodies that are put elsewhere by events: what is told is so then, the rest stays, every engine agrees, wrong ones are refused."""
 
 import math
+import warnings
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from flight_graph.engines.compiled import CompiledRun
 from flight_graph.errors import FlightError
+from flight_graph.graphs import metrics
 from flight_graph.graphs.scenario import Scenario, load
 from flight_graph.stepping.stepper import Stepper
 from tests.commands import runner
@@ -108,6 +110,23 @@ def test_the_rover_is_not_put_into_the_ground_nor_anywhere_once_its_run_is_decid
     run = Stepper(load("cubli_bennu"))
     put = run.branch(place={"plant": {"orientation": [1.0, 0.0, 0.0, 0.0]}})
     assert not put.step() and "a corner in the ground" in put.stopped
+
+
+def test_the_lander_does_not_land_by_being_put_into_the_ground():
+    run = Stepper(load("lander_nominal"))
+    for depth in (0.0, 10.0):
+        put = run.branch(place={"plant": {"position": [0.0, 0.0, -depth]}})
+        assert not put.step() and "where its contact trigger fires" in put.stopped
+
+
+def test_metrics_of_a_body_out_of_all_reach_are_no_warnings():
+    """A square that overflows is no number of the run; where in NumPy it did is of no use to anybody."""
+    data = load("spacerobot_step").resolved() | {"duration_s": 0.2, "vary": None, "events": [
+        {"at_s": 0.1, "place": {"plant": {"position": [1e300, 0.0, 0.0]}}}]}
+    run = Scenario(data, "far")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert metrics.compute(run, CompiledRun(run).run())["base_drift_max_m"] is None
 
 
 def test_a_list_shows_what_is_put_where(tmp_path, monkeypatch, capsys):
