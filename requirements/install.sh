@@ -98,6 +98,7 @@ if ! is_as_wanted; then
     options=(--clear)
     [ $inherit = false ] || options+=(--system-site-packages)
     "$python" -m venv "${options[@]}" $venv
+    echo "setup: fetching the packages, 1 GB in $venv; this takes minutes, once"
 fi
 
 pip install --quiet --require-hashes --only-binary :all: -r requirements/build.txt

@@ -130,11 +130,15 @@ class Scenario:
         return min(self.ticks, next_checkpoint_ns(tick * base, period, base) // base) if period else self.ticks
 
     def warnings(self) -> list[str]:
-        """What the components say of their parameters, each behind the component's name, and parameters without effect."""
+        """What the components say of their parameters, each behind the component's name, and what has no effect:
+        parameters, events that come too late.
+        """
         said = self.without_effect()
         return [f"{name}: {sentence}" for name, node in self.graph.nodes.items()
                 for sentence in [*said.get(name, []),
-                                 *declared.call(node.component, "warnings", node.values, node.period_ns / SECOND)]]
+                                 *declared.call(node.component, "warnings", node.values, node.period_ns / SECOND)]] + [
+            f"events: the one at {entry.at_s:g} s has no effect: the run ends at {self.duration_ns / SECOND:g} s"
+            for entry in self.events() if round(entry.at_s * SECOND) >= self.duration_ns]
 
     def without_effect(self) -> dict[str, list[str]]:
         """name of a component -> sentences about its parameters that were given and change nothing."""

@@ -72,3 +72,10 @@ def test_one_parameter_is_set_once_at_a_time():
     twice = [{"at_s": 1, "set": {"controller.kp": 1.0}}, {"at_s": 1.0, "set": {"controller.kp": 2.0}}]
     with pytest.raises(FlightError, match=r"controller.kp is set at 1 s by toy: events\[0\] as well"):
         Scenario(toy.scenario(events=twice), "toy")
+
+
+def test_an_event_behind_the_end_is_warned_of():
+    """The toy flies 2 s: what is set at 2 s is seen by no firing."""
+    late = [{"at_s": at_s, "set": {"controller.kp": 1.0}} for at_s in (1.99, 2.0)]
+    data = toy.scenario(events=late, duration_s=2.0)
+    assert Scenario(data, "toy").warnings() == ["events: the one at 2 s has no effect: the run ends at 2 s"]
