@@ -1,7 +1,10 @@
-"""What all tests share: a ROS domain of its own for every worker, and discovery on this machine alone."""
+"""What all tests share: a ROS domain of its own for every worker, discovery on this machine alone, and no window."""
 
 import os
 import zlib
+
+for variable in ("COLUMNS", "LINES"):  # of who started the tests; pytest-xdist sets them for its workers
+    os.environ.pop(variable, None)
 
 
 def pytest_configure(config):

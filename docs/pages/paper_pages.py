@@ -40,10 +40,10 @@ def _page(name, content):
         if not rows:
             continue
         yield from [f"## {SAID[statement][:1].upper()}{SAID[statement][1:]}", "",
-                    "| row | where | what is judged | verdict | reason | what would change it |",
-                    "|---|---|---|---|---|---|"]
+                    "| row | what is judged | verdict | reason, and what would change it |",
+                    "|---|---|---|---|"]
         for claim in rows:
             quotes = "".join(f'<br>"{cell(quote)}"' for quote in claim.quotes)
-            yield (f"| `{claim.id}` | {cell(claim.where)} | {cell(claim.says)}{quotes} | {claim.expect} | "
-                   f"{cell(claim.because)} | {cell(claim.flip.change)}: {claim.flip.to} |")
+            yield (f"| `{claim.id}`<br>{cell(claim.where)} | {cell(claim.says)}{quotes} | {claim.expect} | "
+                   f"{cell(claim.because)}<br>*{claim.flip.to}:* {cell(claim.flip.change)} |")
         yield ""

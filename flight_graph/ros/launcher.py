@@ -18,7 +18,7 @@ from flight_graph.extras import install
 from flight_graph.graphs.foreign_nodes import stand_in_of
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.recordings.beginning import Beginning
-from flight_graph.ros import checkpoint_settings, played, shared_memory
+from flight_graph.ros import checkpoint_settings, shared_memory, tapes
 from flight_graph.ros.domain import Domain
 from flight_graph.ros.installed import is_installed, not_live
 from flight_graph.ros.node_processes import RECORDER, Launch, RosRun
@@ -235,7 +235,7 @@ def node_specs(work: Path, pace: str, timeout_s: float, check_bounds: bool, scen
         elif name == SIMULATION:
             values = {**values, "begin_ns": begin.checkpoint.t_ns if begin else 0, "resets": True}
         elif "stands_for" in values and scenario.tapes:
-            values = {**values, "tape": played.write(work / f"{name}.npz", scenario, values["stands_for"])}
+            values = {**values, "tape": tapes.write(work / f"{name}.npz", scenario, values["stands_for"])}
         path = work / f"{name}.yaml"
         path.write_text(yaml.safe_dump({f"/**/{ros(name)}": {"ros__parameters": values}}), encoding="utf-8", newline="\n")
         use = scenario.graph.nodes[name].use if name in scenario.graph.nodes else (

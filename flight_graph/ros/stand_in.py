@@ -15,7 +15,7 @@ from types import SimpleNamespace
 from flight_graph.components.names import ros
 from flight_graph.errors import FlightError
 from flight_graph.graphs.foreign_nodes import stand_in_of
-from flight_graph.ros import lockstep, matching, played, program, recorder, slots
+from flight_graph.ros import lockstep, matching, program, recorder, slots, tapes
 from flight_graph.ros.answers import Judge
 from flight_graph.ros.checkpoint_settings import CheckpointSettings
 from flight_graph.ros.checkpoints import NodeMemory
@@ -152,7 +152,7 @@ class StandIn(ManagedNode):
                 self.inputs[port] = InputPort(self, port, signal_, source, self.settings.epoch_ns, group)
         self.memory = NodeMemory(self, CheckpointSettings(**self.settings.checkpoints), None)
         self.memory.restore_inputs()
-        made = partial(Played, tape=played.read(tape)) if tape else partial(Answers, group=group)
+        made = partial(Played, tape=tapes.read(tape)) if tape else partial(Answers, group=group)
         self.answers = {port: made(self, port, signal_) for port, signal_ in self.component.outputs.items()}
         self.progress = Progress(self, self.settings)
         self.clock, self.reports = None, Reports(self) if self.settings.control else None

@@ -9,7 +9,6 @@ import pytest
 import typer
 
 from benchmarks.question_pictures import PAGES, PICTURES, pictures, steps
-from flight_graph.cli import show
 from flight_graph.cli.app import app
 from flight_graph.graphs.overrides import overrides
 from flight_graph.graphs.scenario import Scenario, read
@@ -78,7 +77,6 @@ def test_what_is_quoted_comes_out(name, tmp_path, monkeypatch, capsys):
     path = PAGES / f"{name}.md"
     files(path, tmp_path)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(show.console, "width", show._PIPED)  # as into a file
     monkeypatch.setattr(bag_page, "page", lambda *given: ("", "", []))
     monkeypatch.setattr(page, "write", lambda *given: None)
     flight, said = runner(monkeypatch, capsys), ""

@@ -61,7 +61,7 @@ def test_faults_of_components_stop_kill_and_start_processes(tmp_path):
         "again: the node controller is killed", "again: the node controller is started again"]
     assert list(bag.metadata["flight_graph.watchdog"].values()) == said["watchdog"]
     assert bag.metadata["flight_graph.outcome"]["complete"] == "true"
-    deadline = last_command_s(tmp_path / "bag", 2.5) + 0.1
+    deadline = last_command_s(tmp_path / "bag", 2.5) + toy_modes.STALE_S
     assert deadline - 1e-9 <= entered_s(tmp_path / "bag") <= deadline + 2.0 * PERIOD_S + 1e-9
     stamps = (bag.stamps_ns("/toy/command") - bag.stamps_ns("/toy/truth")[0]) / 1e9
     assert stamps[-1] > 4.6, "the restarted controller answers"
@@ -84,7 +84,7 @@ def test_a_node_that_is_lost_is_started_again(tmp_path, number):
     bag = read_bag(tmp_path / "bag")
     assert bag.metadata["flight_graph.outcome"]["complete"] == "true"
     entered = entered_s(tmp_path / "bag")
-    deadline = last_command_s(tmp_path / "bag", entered) + 0.1
+    deadline = last_command_s(tmp_path / "bag", entered) + toy_modes.STALE_S
     assert deadline - 1e-9 <= entered <= deadline + 2.0 * PERIOD_S + 1e-9
     assert (bag.stamps_ns("/toy/command")[-1] - bag.stamps_ns("/toy/truth")[-1]) / 1e9 > -0.5, "it answers to the end"
 

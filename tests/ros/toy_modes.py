@@ -8,6 +8,7 @@ from msg_schemas.qos import Role
 from msg_schemas.signal import Signal
 from tests.graph import toy
 
+STALE_S = 0.3  # [s] age of a command from which it is missed; a busy machine stalls for less
 SAFE_COMMAND = Signal("toy/safe_command", "sensor_msgs/msg/JointState", Role.COMMAND,
                       {"header.frame_id": "toy", "name": ["x", "y", "z"], "effort": 3})
 
@@ -39,11 +40,11 @@ class Modes(Component):
 
 
 def scenario(**overrides) -> dict:
-    """The toy graph behind a mode manager that monitors ask to be safe when the command is older than 0.1 s."""
+    """The toy graph behind a mode manager that monitors ask to be safe when the command is older than `STALE_S`."""
     data = toy.scenario(**overrides)
     data["components"]["modes"] = {"use": f"{__file__}:Modes"}
     data["connect"]["plant.command"] = "modes.safe"
     data["monitors"] = {
-        "rate_hz": 100, "watchpoints": [{"id": "no_law", "stale": "controller.command", "after_s": 0.1}],
+        "rate_hz": 100, "watchpoints": [{"id": "no_law", "stale": "controller.command", "after_s": STALE_S}],
         "actionpoints": [{"id": "law_lost", "when": "no_law", "blames": ["controller"], "mode": {"modes": "safe"}}]}
     return data

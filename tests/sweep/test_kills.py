@@ -83,7 +83,8 @@ def test_array_tasks_killed_repeated_and_twice_at_once(calm, tmp_path):
     again = opening.run_chunks(campaign, scenario, opening.chunk_numbers(numbers, campaign.manifest), True, print)
     said = other.communicate()[0]
     assert (victim.returncode, other.returncode) == (-signal.SIGKILL, 0), said
-    assert "there already" in {row["outcome"] for row in again} and "equal" in said
+    outcomes = {row["outcome"] for row in again}
+    assert "there already" in outcomes <= {"there already", "done", "done again, equal", "completed"}, outcomes
     assert parts(campaign) == parts(calm[1]) and campaign.missing() == []
 
 
