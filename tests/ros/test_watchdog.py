@@ -4,6 +4,7 @@ import json
 import os
 import signal
 
+import numpy as np
 import pytest
 import yaml
 
@@ -35,10 +36,11 @@ def entered_s(bag) -> float:
 
 
 def last_command_s(bag, before: float) -> float:
-    """Stamp of the newest command before a time [s]."""
+    """Stamp of the last command before the longest silence that begins before a time [s]."""
     found, scenario, _ = open_run(bag, trust=True)
     stamps = (found.stamps_ns("/toy/command") - scenario.epoch_ns) / 1e9
-    return float(stamps[stamps < before][-1])
+    begins = stamps[:-1][stamps[:-1] < before]
+    return float(begins[np.argmax(np.diff(stamps)[:len(begins)])])
 
 
 def test_a_scenario_with_a_watchdog_is_checked():

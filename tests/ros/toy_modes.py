@@ -8,7 +8,7 @@ from msg_schemas.qos import Role
 from msg_schemas.signal import Signal
 from tests.graph import toy
 
-STALE_S = 0.3  # [s] age of a command from which it is missed; a busy machine stalls for less
+STALE_S = 0.1  # [s] age of a command from which it is missed; who is started again takes longer
 SAFE_COMMAND = Signal("toy/safe_command", "sensor_msgs/msg/JointState", Role.COMMAND,
                       {"header.frame_id": "toy", "name": ["x", "y", "z"], "effort": 3})
 
