@@ -107,7 +107,7 @@ class Component:
     @classmethod
     def kernels(cls) -> list:
         """The compiled functions of this component."""
-        return [function for function in (cls.start, cls.kernel, cls.output, cls.update, cls.place) if function is not None]
+        return [getattr(cls, part) for part in declarations.parts(cls)]
 
     @classmethod
     def summary(cls) -> str:

@@ -16,6 +16,7 @@ from flight_graph.components.records import Parameters, State
 from msg_schemas.signal import Signal
 
 PARTS = ("start", "kernel", "output", "update", "place")
+UNTIMED = ("start", "place")  # not fired by a schedule: they take no time, and no ports
 METHODS = ("resolve", "fitted", "tables", "check", "warnings", "scene", "motion")
 _TAKEN = ("t_ns", "p", "x", "inputs", "outputs")
 
@@ -107,6 +108,11 @@ def _check_record(cls, declaration, base):
     what = value.__name__ if isinstance(value, type) else repr(value)
     refuse(cls, declaration, f"{what} is not allowed; allowed is a class of {base.__name__} (from "
                              "flight_graph.components.records)")
+
+
+def parts(component) -> list[str]:
+    """The parts that a component has, in the order of `PARTS`."""
+    return [part for part in PARTS if getattr(component, part) is not None]
 
 
 def _check_parts(cls):

@@ -29,14 +29,8 @@ class Array:
         object.__setattr__(self, "shape", shape)
 
 
-@dataclass(frozen=True)
-class Integers:
+class Integers(Array):
     """The shape of an entry of whole numbers (int64), as the indices of a tree; kernels see it by reference."""
-
-    shape: tuple
-
-    def __init__(self, *shape):
-        object.__setattr__(self, "shape", shape)
 
 
 @dataclass(frozen=True)
@@ -182,7 +176,7 @@ def declared_entry(name: str, annotation, given: dict, cls: type) -> Entry:
     annotation = _evaluated(cls, name, annotation)
     kinds = {float: "float", int: "int", bool: "bool", str: "text"}
     value = annotation if is_value_class(annotation) else None
-    if isinstance(annotation, (Array, Integers)) or value:
+    if isinstance(annotation, Array) or value:
         kind, shape, words = "int" if isinstance(annotation, Integers) else "float", annotation.shape, ()
     elif isinstance(annotation, Choice):
         kind, shape, words = "choice", (), annotation.words

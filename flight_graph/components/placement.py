@@ -14,7 +14,6 @@ from flight_graph.errors import FlightError, unknown
 from flight_math import Quaternion, Vec3, rotate
 from msg_schemas.qos import Role
 
-POSE, TWIST = ("position", "orientation"), ("velocity", "angular_velocity")
 NUMBERS = {"position": 3, "orientation": 4, "velocity": 3, "angular_velocity": 3}
 UNIT_TOLERANCE = 1e-3  # [1] of the norm of an orientation; it is scaled to 1
 ODOMETRY, POSE_MESSAGE = "nav_msgs/msg/Odometry", "geometry_msgs/msg/PoseStamped"

@@ -7,29 +7,22 @@ from functools import cache
 import numpy as np
 
 from flight_graph.components.component import Component, kinds_of
+from flight_graph.components.declarations import UNTIMED, parts
 from flight_graph.components.placement import Placement
 from flight_math.kernel import plain
 from flight_math.values import Kinds, view
 from msg_schemas.body_layout import leaves
 
-PARTS = ("start", "kernel", "output", "update", "place")
-_UNTIMED = ("start", "place")  # not fired by the schedule: they take no time, and no ports
-
-
-def parts(component: type[Component]) -> list[str]:
-    """The parts that a component has, in the order in which they run."""
-    return [part for part in PARTS if getattr(component, part) is not None]
-
 
 def fired(component: type[Component]) -> list[str]:
     """The parts that a schedule fires."""
-    return [part for part in parts(component) if part not in _UNTIMED]
+    return [part for part in parts(component) if part not in UNTIMED]
 
 
 def ports(component: type[Component], part: str) -> tuple[list[str], list[str]]:
     """The inputs and the outputs that a part takes, in the order of its arguments."""
-    inputs = [] if part in (*_UNTIMED, "output") else list(component.inputs)
-    outputs = [] if part in (*_UNTIMED, "update") else list(component.outputs)
+    inputs = [] if part in (*UNTIMED, "output") else list(component.inputs)
+    outputs = [] if part in (*UNTIMED, "update") else list(component.outputs)
     return inputs, outputs
 
 
@@ -82,7 +75,7 @@ def compiled_arguments(component: type[Component], part: str, aligned: bool = Fa
     from flight_math.values.compiled_views import ViewType
     found = records(component, part)
     given = [ViewType(_twin(from_dtype(dtype), dtype) if aligned else from_dtype(dtype), kinds) for dtype, kinds in found]
-    time = [types.int64] if part not in _UNTIMED else []
+    time = [types.int64] if part not in UNTIMED else []
 
     def bundle(cls, items):
         if items and all(item == items[0] for item in items):

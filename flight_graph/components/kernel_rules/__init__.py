@@ -7,6 +7,7 @@ cannot tell; the compiler finds the rest (`flight_graph.engines`).
 
 from functools import cache
 
+from flight_graph.components import declarations
 from flight_graph.components.findings import ComponentMistake, Finding
 from flight_graph.components.kernel_rules import parts
 from flight_graph.components.sources import Source
@@ -14,7 +15,7 @@ from flight_graph.components.sources import Source
 
 @cache
 def _readings(component):
-    return [parts.reading(component, part) for part in parts.PARTS if getattr(component, part) is not None]
+    return [parts.reading(component, part) for part in declarations.parts(component)]
 
 
 def findings(component) -> tuple[Finding, ...]:

@@ -4,6 +4,7 @@ import ast
 import inspect
 
 from flight_graph.components.component import kinds_of
+from flight_graph.components.declarations import UNTIMED
 from flight_graph.components.findings import Finding
 from flight_graph.components.kernel_rules import calls, records
 from flight_graph.components.kernel_rules.kinds import Record
@@ -11,7 +12,6 @@ from flight_graph.components.kernel_rules.walk import Walk
 from flight_graph.components.sources import Source, source
 from flight_math.kernel import plain
 
-PARTS = ("start", "kernel", "output", "update", "place")
 FIRST = ("t_ns", "p", "x")
 GROUPS = {"kernel": "inputs, outputs", "output": "outputs", "update": "inputs"}
 MOST_ARGUMENTS = 7  # a part with more takes its ports in named tuples
@@ -19,7 +19,7 @@ MOST_ARGUMENTS = 7  # a part with more takes its ports in named tuples
 
 def expected(component, part: str, given=()) -> list[str]:
     """The arguments of a part, by name; one named tuple of all inputs (outputs) where ``given`` says inputs (outputs)."""
-    if part in ("start", "place"):
+    if part in UNTIMED:
         return ["p", "x", *(["placement"] if part == "place" else [])]
     inputs = [] if part == "output" else list(component.inputs)
     outputs = [] if part == "update" else list(component.outputs)
