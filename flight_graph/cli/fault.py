@@ -62,7 +62,7 @@ def fault(
 
 def _table(found):
     from rich.table import Table
-    table = Table("id", "place", "type", r"from \[s]", r"until \[s]", "more", title="injected faults", title_justify="left")
+    table = Table("id", "place", "type", "from [s]", "until [s]", "more", title="injected faults", title_justify="left")
     shown = ("id", "at", "type", "from_s", "until_s")
     for one in found:
         more = ", ".join(f"{key} {value}" for key, value in one.items() if key not in shown)

@@ -169,15 +169,15 @@ def compiling_text(name: str, done: int, total: int, names: str) -> str:
     return f"{name}: compiling {names or 'components'} (once; it is kept), {done} of {total} done"
 
 
-class _Extent(ProgressColumn):
-    """A bar, or a turning wheel where nobody knows the end."""
+class _Either(ProgressColumn):
+    """One column where the end is known, another one where nobody knows it."""
 
-    def __init__(self):
+    def __init__(self, known: ProgressColumn, unknown: ProgressColumn):
         super().__init__()
-        self._bar, self._wheel = BarColumn(), SpinnerColumn()
+        self._known, self._unknown = known, unknown
 
     def render(self, task):
-        return (self._wheel if task.total is None else self._bar).render(task)
+        return (self._unknown if task.total is None else self._known).render(task)
 
 
 class _Count(ProgressColumn):
@@ -188,17 +188,6 @@ class _Count(ProgressColumn):
         return Text(f"{round(task.completed, 1):g}{of_all}" if task.completed or of_all else "")
 
 
-class _Time(ProgressColumn):
-    """The time that is left, or that has gone where nobody knows the end."""
-
-    def __init__(self):
-        super().__init__()
-        self._left, self._gone = TimeRemainingColumn(), TimeElapsedColumn()
-
-    def render(self, task):
-        return (self._gone if task.total is None else self._left).render(task)
-
-
 @contextmanager
 def steps(name: str, wanted: bool):
     """A bar of finished steps on standard error, with the time that is left; where nobody knows how many there are, how
@@ -206,7 +195,8 @@ def steps(name: str, wanted: bool):
     if not (wanted and _errors.is_terminal):
         yield lambda done, total, what="": None
         return
-    with Progress(TextColumn("{task.description}", markup=False), _Extent(), _Count(), _Time(), console=_errors,
+    with Progress(TextColumn("{task.description}", markup=False), _Either(BarColumn(), SpinnerColumn()), _Count(),
+                  _Either(TimeRemainingColumn(), TimeElapsedColumn()), console=_errors,
                   transient=True) as bar:
         task = bar.add_task(printable(name), total=None)
         _bars.append(bar)

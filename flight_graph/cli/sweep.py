@@ -216,7 +216,7 @@ def _one_interrupt():
 
 def _fault_table(rows):
     from rich.table import Table
-    table = Table("fault", "runs", "active", "detected", "missed", "isolated", "wrong", "false alarm", r"delay \[s]",
+    table = Table("fault", "runs", "active", "detected", "missed", "isolated", "wrong", "false alarm", "delay [s]",
                   "first to act", "mode at the end", "stopped", title="faults and monitors", title_justify="left")
     for row in rows:
         plain = row.plain()
