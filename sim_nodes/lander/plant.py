@@ -14,7 +14,7 @@ from flight_graph.errors import FlightError
 from flight_graph.scenes.messages import latched, moving
 from flight_graph.scenes.scene import Pose, Sphere
 from flight_graph.timebase import SECOND
-from flight_math import Mat3, Quaternion, Vec3, atan2, kernel, largest, norm, rotate, transpose, uncompiled, vector_part
+from flight_math import Mat3, Quaternion, Vec3, kernel, norm, rotate, transpose, uncompiled
 from lander_ros.feed_forward import site_in_landing_frame
 from lander_ros.landing_checks import require_vehicle
 from lander_ros.navigation_filter import spin_quaternion
@@ -22,10 +22,10 @@ from lander_ros.twistor import unit_quaternion
 from msg_schemas import lander
 from sim_nodes.gravity.ellipsoid import EROS_LIKE_SPIN, checked_ellipsoid_site, ellipsoid_gravity
 from sim_nodes.lander import start as starts
-from sim_nodes.lander.descent import watched
 from sim_nodes.lander.dynamics import ELLIPSOID, Motion, attitude_matrix, motor, site_spin, touched_down
 from sim_nodes.lander.scene import scene
 from sim_nodes.lander.site import SiteState, prepare_site, site_orientation
+from sim_nodes.lander.tally import summarise, tally_place, tally_step
 from sim_nodes.lander.thruster_failures import ThrusterFailures, Watchdog, watched_command
 from sim_nodes.lander.thrusters import apply_thrusters
 
@@ -105,34 +105,6 @@ def move_to(x, motion):
     """Put a motion into the state."""
     x.position, x.velocity, x.attitude = motion.position, motion.velocity, motion.attitude
     x.rates, x.mass = motion.rates, motion.mass
-
-
-@kernel
-def tally_step(p, x, dt):
-    """What a step of dt [s] from the state costs, under the delivered wrench."""
-    if x.clearance < 0.0:
-        x.clearance_violation += dt
-    if x.view_angle > p.view_half_angle and norm(x.position) > p.view_range:
-        x.view_violation += dt
-    x.delta_v += dt / x.mass * norm(x.force)
-    x.torque_impulse += dt * norm(x.torque)
-    force, torque = largest(abs(x.force)), largest(abs(x.torque))
-    x.force_peak, x.torque_peak = max(x.force_peak, force), max(x.torque_peak, torque)
-    if force >= p.force_limit or torque >= p.torque_limit:
-        x.saturated += dt
-
-
-@kernel
-def tally_place(p, x):
-    """Clearance and view angle of the state, and their extremes."""
-    x.clearance, x.view_angle = watched(p, x.position, x.attitude)
-    distance = norm(x.position)
-    if distance > p.clearance_range and x.clearance < x.clearance_min:
-        x.clearance_min, x.clearance_min_time = x.clearance, x.flown
-    x.clearance_min_all = min(x.clearance_min_all, x.clearance)
-    if distance > p.view_range:
-        x.view_max = max(x.view_max, x.view_angle)
-    x.speed_max = max(x.speed_max, norm(x.velocity))
 
 
 def motion_kernels(prepare, dynamics):
@@ -216,30 +188,6 @@ def output(t_ns, p, x, outputs):
     outputs.frames.inertial = spin_quaternion(-p.goal_spin, t_ns / SECOND)
     outputs.goal.pose.position, outputs.goal.pose.orientation = x.site_position, x.site_orientation
     summarise(p, x, outputs.summary)
-
-
-@kernel
-def summarise(p, x, summary):
-    """The tally so far."""
-    summary.landed = 1.0 if x.landed else 0.0
-    summary.time = x.flown
-    summary.lateral = math.sqrt(x.position.x * x.position.x + x.position.y * x.position.y)
-    summary.speed = norm(x.velocity)
-    summary.attitude_error = 2.0 * atan2(norm(vector_part(x.attitude)), abs(x.attitude.w))
-    summary.rate = norm(x.rates)
-    summary.clearance_min = x.clearance_min
-    summary.clearance_min_time = x.clearance_min_time
-    summary.clearance_min_all = x.clearance_min_all
-    summary.view_max = x.view_max
-    summary.clearance_violation = x.clearance_violation
-    summary.view_violation = x.view_violation
-    summary.delta_v = x.delta_v
-    summary.torque_impulse = x.torque_impulse
-    summary.force_peak = x.force_peak
-    summary.torque_peak = x.torque_peak
-    summary.speed_max = x.speed_max
-    summary.saturated = x.saturated
-    summary.propellant = p.mass - x.mass
 
 
 def poses(record, scene):

@@ -7,6 +7,8 @@ import math
 
 from flight_math import Vec3, clip, exp, kernel
 
+IDEAL, WHEELS = 0, 1  # what gives the torque on the base: choices of `base_actuator`
+
 
 @kernel
 def limit_torque(demand, limit):

@@ -13,50 +13,42 @@ then on its momentum is the robot's. Parameters about the body's origin add up, 
 import math
 
 from flight_graph.components.component import Component, Formatted
-from flight_graph.components.placement import TrueMotion
 from flight_graph.components.records import Array, Choice, State, Vec3, field
 from flight_graph.errors import FlightError
 from flight_graph.scenes.messages import latched
 from flight_graph.scenes.transforms import TYPE
 from flight_graph.timebase import SECOND
 from flight_math import (
-    Quaternion,
     dot,
     identity3,
     kernel,
-    mat3,
     outer,
-    quaternion_from_matrix,
     rotate,
     rotate_back,
     stack_array,
-    vec3,
 )
 from flight_math.dense import copy
 from msg_schemas import spacerobot
 from msg_schemas.qos import Role
-from sim_nodes.spacerobot.actuators import limit_torque, wheels_step
+from sim_nodes.spacerobot.actuators import IDEAL, WHEELS, limit_torque, wheels_step
 from sim_nodes.spacerobot.dynamics import (
     ZERO,
     RobotState,
-    accelerations,
     momentum_and_energy,
     robot_state,
     state_size,
     step,
-    total_wrench,
     write_state,
 )
 from sim_nodes.spacerobot.joint_hardware import friction_capacity, pass_on, rubbing_step
 from sim_nodes.spacerobot.scene import moving_frames, scene, true_joints
+from sim_nodes.spacerobot.truth import motion, write_frames, write_truth
 from spacerobot_ros.ages import Stamp, age
 from spacerobot_ros.dynamics import Inertia, add_inertia, body_inertia, composite_parameters
 from spacerobot_ros.kinematics import posed
-from spacerobot_ros.reaction_wheels import effective_base_torque
 from spacerobot_ros.robot_parameters import NO_LIMIT, resolve_robot, robot_parameters
 from spacerobot_ros.trajectory import euler_quaternion
 
-IDEAL, WHEELS = 0, 1
 DIVERGED = 1
 BOUND = 1e4  # [rad/s] rates beyond it: the loop has diverged
 
@@ -159,16 +151,6 @@ def place(p, x, placement):
         x.motion[10:13] = rotate_back(robot_state(x.motion).attitude, placement.angular_velocity)
 
 
-def motion(outputs) -> TrueMotion:
-    """The motion of the base in inertial axes; accelerations: under the torque of the last interval."""
-    truth = outputs["truth"]
-    turn = Quaternion(*truth.attitude.tolist())
-    rates, acceleration, angular_acceleration = (list(rotate(turn, Vec3(*numbers.tolist())).parts()) for numbers in (
-        truth.rates, truth.acceleration, truth.angular_acceleration))
-    return TrueMotion(truth.position.tolist(), truth.attitude.tolist(), truth.velocity.tolist(), rates, acceleration,
-                  angular_acceleration)
-
-
 @kernel
 def take_payload(t, p, x):
     """At payload_time the last body's parameters change; velocities do not."""
@@ -179,34 +161,6 @@ def take_payload(t, p, x):
     for k in range(10 * last, 10 * last + 10):
         x.pi[k] = p.payload_scale * p.pi[k]
     add_inertia(x.pi, last, Inertia(m * (dot(c, c) * identity3() - outer(c, c)), m * c, m))
-
-
-@kernel
-def base_torque(p, x, s):
-    """Torque on the base over the last interval [N m]."""
-    if p.base_actuator == WHEELS:
-        return effective_base_torque(x.wheel_rate, s.rates, s.wheels)
-    return vec3(x.torque[0:3])
-
-
-@kernel
-def write_truth(p, x, s, truth):
-    """The state, and the accelerations now under the torque of the last interval."""
-    n = len(s.joints)
-    wrench, total, acceleration = stack_array(6 + n), stack_array(6 + n), stack_array(6 + n)
-    copy(x.torque, wrench[3:])
-    for i in range(n):
-        if x.friction[i] != 0.0:
-            wrench[6 + i] += x.friction[i]
-    total_wrench(p, s, wrench, x.wheel_rate, total)
-    accelerations(p, x.pi, s, total, acceleration)
-    truth.position, truth.velocity, truth.attitude, truth.rates = s.position, s.velocity, s.attitude, s.rates
-    truth.joints, truth.joint_rates = s.joints, s.joint_rates
-    truth.acceleration, truth.angular_acceleration = vec3(acceleration[0:3]), vec3(acceleration[3:6])
-    truth.joint_accelerations = acceleration[6:]
-    truth.base_torque, truth.joint_torque = base_torque(p, x, s), x.torque[3:]
-    truth.momentum, truth.angular_momentum, truth.kinetic_energy = momentum_and_energy(p, x.pi, x.motion)
-    truth.impulse, truth.work, truth.wheel_momentum, truth.limited = s.impulse, s.work, s.wheels, x.limited
 
 
 @kernel
@@ -223,23 +177,6 @@ def output(t_ns, p, x, outputs):
     outputs.wheels.momentum, outputs.wheels.limited = s.wheels, x.wheels_limited
     outputs.pose.pose.position, outputs.pose.pose.orientation = s.position, s.attitude
     write_frames(p, s, outputs.frames)
-
-
-@kernel
-def write_frames(p, s, frames):
-    """Where the base stands, and each link in its parent's axes."""
-    n = len(p.parent)
-    tree = posed(p, s.joints, stack_array(n, 3, 3))
-    parents, offsets, rotations = stack_array(n), stack_array(3 * n), stack_array(4 * n)
-    for i in range(n):
-        q = quaternion_from_matrix(mat3(tree.rotation[i]))
-        rotations[4 * i], rotations[4 * i + 1], rotations[4 * i + 2], rotations[4 * i + 3] = q.x, q.y, q.z, q.w
-        parents[i] = p.parent[i]
-        for k in range(3):
-            offsets[3 * i + k] = p.offset[i][k]
-    frames.position, frames.attitude = s.position, s.attitude
-    frames.parents, frames.offsets, frames.rotations = parents, offsets, rotations
-    frames.joints = s.joints
 
 
 @kernel
