@@ -18,10 +18,11 @@ from flight_graph.recordings.comparison import write_topics
 from flight_graph.recordings.recorded_run import open_recorded
 from flight_graph.recordings.recording import formatted_payload
 from flight_graph.replays.replay import comparable_topics, recorded_inputs
-from flight_graph.ros import parameter_changes, recorder, slots, texts
+from flight_graph.ros import parameter_changes, slots, texts
 from flight_graph.ros.node import CLOCK, CLOCK_PERIOD_NS, clock_payload
 from flight_graph.ros.ports import LoopOnly, RawPublisher, RawSubscription
 from flight_graph.ros.progress import Watch
+from flight_graph.ros.recorded_stream import Stream
 from flight_graph.timebase import SECOND, stamp_parts
 
 _PAUSE_S = 0.002  # [s] between two looks at the answers while the component works
@@ -59,8 +60,8 @@ class Replayer:
         self._answers = comparable_topics(self._run, self._component)
         self._plain = [topic for topic in self._answers if topic.formatted is None]
         irregular = self._run.scenario.faults.is_irregular
-        self._streams = [recorder.Stream(node, topic, self._epoch_ns, self._end_ns, group,
-                                         irregular(topic.node, topic.port)) for topic in self._plain]
+        self._streams = [Stream(node, topic, self._epoch_ns, self._end_ns, group, irregular(topic.node, topic.port))
+                         for topic in self._plain]
         self._watch = Watch(node, self._component, group)
         # A node waits for somebody who reads what is set in it.
         self._changes = RawSubscription(node, parameter_changes.TOPIC, texts.TYPE, parameter_changes.QOS, group)
