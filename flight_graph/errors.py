@@ -20,6 +20,12 @@ class RunStopped(FlightError):
         self.reason, self.t_ns, self.recording = reason, t_ns, recording
 
 
+def sentence_of(mistake: dict) -> str:
+    """What pydantic says of one mistake of a ValidationError, as the middle of a sentence."""
+    text = mistake["msg"].removeprefix("Value error, ")
+    return text[:1].lower() + text[1:]
+
+
 def unknown(kind: str, name: str, known, where: str = "") -> FlightError:
     """An unknown name, with the nearest known ones."""
     known, name = sorted(known), name if len(name) <= _LONGEST else f"{name[:_LONGEST]}..."

@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from flight_graph import yaml_text
-from flight_graph.errors import FlightError
+from flight_graph.errors import FlightError, sentence_of
 from flight_math import sincos
 from spacerobot_ros.inertial_parameters import NAMES, ModelError, body_parameters, check_body
 from spacerobot_ros.kinematics import Geometry
@@ -90,7 +90,7 @@ def model_from_mapping(data, where: str = "robot model") -> SpaceRobot:
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(str(part) for part in first["loc"]) or "the file"
-        raise ModelError(f"{where}: {key}: {first['msg'].removeprefix('Value error, ')}") from None
+        raise ModelError(f"{where}: {key}: {sentence_of(first)}") from None
     try:
         return _flatten(file)
     except ModelError as error:

@@ -17,7 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from flight_graph.campaigns import code
 from flight_graph.campaigns.chunk import MOST_ROWS, write_durably
 from flight_graph.components.foreign import Consent
-from flight_graph.errors import FlightError
+from flight_graph.errors import FlightError, sentence_of
 from flight_graph.graphs.named_code import foreign_code
 from flight_graph.graphs.scenario import Scenario
 from flight_graph.graphs.vary import MOST_RUNS
@@ -156,7 +156,7 @@ class Manifest:
         except ValidationError as error:
             wrong = error.errors()[0]
             raise FlightError(f"{where}: this is no campaign of this program: {'.'.join(map(str, wrong['loc']))}: "
-                              f"{wrong['msg'].lower()}") from None
+                              f"{sentence_of(wrong)}") from None
         return cls(**data)
 
 

@@ -42,7 +42,7 @@ from flight_graph import yaml_text
 from flight_graph.claims.claim_expressions import names
 from flight_graph.claims.claim_runs import RunEntry
 from flight_graph.claims.relation import Relation
-from flight_graph.errors import FlightError, unknown
+from flight_graph.errors import FlightError, sentence_of, unknown
 from flight_graph.graphs.papers import papers
 
 HOLDS, FAILS, DEPENDS = "holds", "does not hold", "depends"
@@ -167,7 +167,7 @@ def read(paper: str) -> ClaimsFile:
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"]))
-        raise FlightError(f"{known[paper].name} of {paper}: {where}: {first['msg'].lower()}") from None
+        raise FlightError(f"{known[paper].name} of {paper}: {where}: {sentence_of(first)}") from None
     identifiers = [claim.id for claim in found.claims]
     twice = sorted({name for name in identifiers if identifiers.count(name) > 1})
     if twice:

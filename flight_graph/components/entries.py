@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import Field, StrictBool, TypeAdapter, ValidationError
 
 from flight_graph.components.places import refuse
-from flight_graph.errors import FlightError
+from flight_graph.errors import FlightError, sentence_of
 from flight_graph.text_files import short
 from flight_math.values.views import is_value_class
 
@@ -93,7 +93,7 @@ class Entry:
             rows = _rows([_number(item, self.kind) for item in value], self.shape)
             return np.array(_adapter(self, self.shape).validate_python(rows))
         except (ValidationError, ValueError, TypeError) as error:
-            detail = error.errors()[0]["msg"].lower() if isinstance(error, ValidationError) else str(error)
+            detail = sentence_of(error.errors()[0]) if isinstance(error, ValidationError) else str(error)
             raise FlightError(f"{where}: {short(repr(value))} is not allowed ({short(detail)}); allowed: "
                               f"{self.range_text}") from None
 

@@ -14,7 +14,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
-from flight_graph.errors import FlightError, unknown
+from flight_graph.errors import FlightError, sentence_of, unknown
 from flight_graph.faults import identifiers
 from flight_graph.faults.fault_types import SPARE, TYPES
 from flight_graph.faults.report import REPORT
@@ -134,9 +134,7 @@ def _sentence(error, data):
         return str(unknown("key", key, FaultEntry.model_fields))
     if first["type"] == "missing":
         return f"the key {key} is missing; a fault has at least id, at and type"
-    said = first["msg"].removeprefix("Value error, ")
-    said = said[:1].lower() + said[1:]
-    return f"{key}: {said} (got {short(repr(first['input']))})"
+    return f"{key}: {sentence_of(first)} (got {short(repr(first['input']))})"
 
 
 def _check_keys(entry, label):

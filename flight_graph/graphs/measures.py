@@ -27,7 +27,7 @@ from typing import Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from flight_graph.errors import FlightError
+from flight_graph.errors import FlightError, sentence_of
 from flight_graph.faults import fault_types, places
 from flight_graph.graphs.metric_entry import MetricEntry, number
 from flight_graph.text_files import short
@@ -123,8 +123,7 @@ def _measure(name, given, nodes, where) -> Measure:
         if first["type"] == "extra_forbidden":
             known = ", ".join(MeasureEntry.model_fields)
             raise FlightError(f"{place}: there is no such key; allowed here: {known}") from None
-        sentence = first["msg"].removeprefix("Value error, ")
-        raise FlightError(f"{place}: {sentence} (got {short(repr(first['input']))})") from None
+        raise FlightError(f"{place}: {sentence_of(first)} (got {short(repr(first['input']))})") from None
     kind = next(kind for kind in KINDS if getattr(entry, kind) is not None)
     found = places.place(getattr(entry, kind), nodes, f"{where}.{kind}")
     if found.kind != fault_types.OUTPUT or found.field is None:

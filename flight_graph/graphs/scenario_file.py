@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from flight_graph.bags.journal import FLUSH_PERIOD_S
-from flight_graph.errors import FlightError
+from flight_graph.errors import FlightError, sentence_of
 from flight_graph.text_files import short
 from flight_graph.timebase import J2000
 
@@ -168,7 +168,7 @@ def _first_sentence(error: ValidationError) -> str:
         if where == "name" or "[key]" in where:
             allowed = "letters, digits and _ - ." if where == "name" else "letters, digits and _"
         return f"{where}: {short(repr(first['input']))} is not allowed; allowed: {allowed}"
-    return f"{where}: {first['msg'].lower()} (got {short(repr(first['input']))})"
+    return f"{where}: {sentence_of(first)} (got {short(repr(first['input']))})"
 
 
 PARTS = {"components": ComponentEntry, "include": IncludeEntry, "events": EventEntry, "connect": EdgeEntry,

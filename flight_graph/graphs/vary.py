@@ -31,7 +31,7 @@ from typing import Any
 from pydantic import Field, ValidationError, field_validator
 
 from flight_graph.components import functions
-from flight_graph.errors import FlightError, unknown
+from flight_graph.errors import FlightError, sentence_of, unknown
 from flight_graph.faults import fault_file
 from flight_graph.faults.report import REPORT
 from flight_graph.sampling.combinations import combinations, levels
@@ -238,4 +238,4 @@ def _sentence(error: ValidationError) -> str:
         model = VaryFile if len(first["loc"]) == 1 else Spaced if "Spaced" in str(first["loc"]) else (
             Cone if "cone" in first["loc"] else _MODELS[first["loc"][0]])
         return f"{where}: there is no such key; allowed here: {', '.join(model.model_fields)}"
-    return f"{where}: {first['msg'].removeprefix('Value error, ')} (got {short(repr(first['input']))})"
+    return f"{where}: {sentence_of(first)} (got {short(repr(first['input']))})"

@@ -18,7 +18,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
-from flight_graph.errors import FlightError, unknown
+from flight_graph.errors import FlightError, sentence_of, unknown
 from flight_graph.faults import identifiers
 from flight_graph.text_files import short
 
@@ -104,6 +104,5 @@ def _sentence(error, data) -> str:
         model = {"watchpoints": Watchpoint, "actionpoints": Actionpoint}.get(first["loc"][0], MonitorsFile)
         above = place.rpartition(".")[0]
         return f"{above}: {unknown('key', str(first['loc'][-1]), model.model_fields)}"
-    said = first["msg"].removeprefix("Value error, ")
-    said = said[:1].lower() + said[1:]
-    return f"{place}: {said}" + ("" if first["type"] == "missing" else f" (got {short(repr(first['input']))})")
+    got = "" if first["type"] == "missing" else f" (got {short(repr(first['input']))})"
+    return f"{place}: {sentence_of(first)}{got}"

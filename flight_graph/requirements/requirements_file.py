@@ -30,7 +30,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from flight_graph import yaml_text
 from flight_graph.claims.claim_runs import RunEntry
 from flight_graph.claims.relation import Relation
-from flight_graph.errors import FlightError, unknown
+from flight_graph.errors import FlightError, sentence_of, unknown
 from flight_graph.text_files import short
 
 SUFFIXES = (".yaml", ".yml")
@@ -157,9 +157,8 @@ def _sentence(error: ValidationError, data) -> str:
         where += f" ({short(str(entry['id']), 60)})" if isinstance(entry, dict) and "id" in entry else ""
     if first["type"] == "extra_forbidden":
         return f"{where}: there is no such key; allowed: {', '.join(_keys_at(first['loc'][:-1]))}"
-    what = first["msg"].removeprefix("Value error, ")
     got = "" if isinstance(first["input"], dict | list) else f" (got {short(repr(first['input']))})"
-    return f"{where}{': ' if where else ''}{what[:1].lower()}{what[1:]}{got}"
+    return f"{where}{': ' if where else ''}{sentence_of(first)}{got}"
 
 
 def _keys_at(location) -> list[str]:

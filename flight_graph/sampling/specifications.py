@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pydantic import ValidationError
 
 from flight_graph import yaml_text
-from flight_graph.errors import FlightError
+from flight_graph.errors import FlightError, sentence_of
 from flight_graph.sampling.distributions import Distribution, Spaced
 from flight_graph.sampling.plan import Sampling
 from flight_graph.text_files import short
@@ -126,8 +126,7 @@ def _checked(model, data, where):
         return model.model_validate(data)
     except ValidationError as error:
         first = error.errors()[0]
-        sentence = first["msg"].removeprefix("Value error, ")
-        raise FlightError(f"{where}: {sentence} (got {short(repr(first['input']))})") from None
+        raise FlightError(f"{where}: {sentence_of(first)} (got {short(repr(first['input']))})") from None
 
 
 def _values(text, where):

@@ -87,7 +87,7 @@ def test_words_take_the_place_of_what_the_file_varies():
     besides = Besides(("a.b=normal:1,2",), 5, "latin_hypercube:20").of(None)
     assert besides == {"random": {"a.b": {"normal": [1.0, 2.0]}}, "seed": 5, "sampling": {"plan": "latin_hypercube", "block": 20}}
     assert Vary(besides, "test").file.sampling.block == 20 and Besides().of(None) is None
-    for plan, words in (("sobl", "Input should be 'independent'"), ("sobol:5", "no meaning with sobol"), ("latin_hypercube:x", "valid integer")):
+    for plan, words in (("sobl", "input should be 'independent'"), ("sobol:5", "no meaning with sobol"), ("latin_hypercube:x", "valid integer")):
         with pytest.raises(FlightError, match=words):
             Besides(plan=plan).of({"runs": 2})
     with pytest.raises(FlightError, match="varied twice"):

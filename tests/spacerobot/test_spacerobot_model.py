@@ -90,7 +90,7 @@ def test_not_a_number():
 
 def test_unknown_key_and_missing_key():
     assert "joints.0.colour" in broken(lambda m: m["joints"][0].update(colour="red"))
-    assert "base.mass: Field required" in broken(lambda m: m["base"].pop("mass"))
+    assert "base.mass: field required" in broken(lambda m: m["base"].pop("mass"))
 
 
 def test_limits_the_wrong_way_round():
