@@ -20,7 +20,7 @@ sys.path[:0] = [str(DOCS), str(ROOT)]
 
 def main() -> int:
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0],
-                                      epilog="Example: python docs/build.py --out /tmp/site")
+                                      epilog="Example: python docs/build.py --out site")
     options.add_argument("--out", type=Path, default=ROOT / "build/site", help="the site's folder, made anew (build/site)")
     options.add_argument("--execute", action="store_true", help="run the notebooks, so that their pictures are shown")
     options.add_argument("--quiet", action="store_true", help="say what is wrong and no more")
